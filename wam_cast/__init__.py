@@ -1,0 +1,1 @@
+"""A simulated Barrett WAM learns to cast a ball on a string into a cup."""

@@ -1,0 +1,82 @@
+"""Cast: the decision vector of one cast, its bounds, to and from an array."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import astuple, dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wam_cast.errors import InputError
+from wam_cast.scenario import Scenario
+
+PARAMETERS = ("distance", "speed", "wait")
+"""The parameters that the forward model learns, in the order of every array of casts."""
+
+
+@dataclass(frozen=True)
+class Cast:
+    """One cast (Section 2.2 of the paper).
+
+    Attributes
+    ----------
+    distance
+        Of the hand's horizontal move [m].
+    speed
+        Mean speed of that move [m/s]: it lasts `distance / speed`, and its peak is 15/8 of `speed`.
+    wait
+        Between the end of the move and the start of the drop [s].
+    bearing
+        Of the casting plane about the base axis, from the world's x axis toward y [rad].
+
+    Raises
+    ------
+    InputError
+        If a value is not finite, distance or speed not positive, or wait negative.
+    """
+
+    distance: float
+    speed: float
+    wait: float
+    bearing: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, value in zip((*PARAMETERS, "bearing"), astuple(self), strict=True):
+            if not math.isfinite(value):
+                raise InputError(f"cast: {name} = {value} is not a finite number")
+        if self.distance <= 0 or self.speed <= 0 or self.wait < 0:
+            raise InputError(
+                f"cast: distance = {self.distance:g} m and speed = {self.speed:g} m/s must be positive, "
+                f"wait = {self.wait:g} s not negative"
+            )
+
+    @property
+    def move_duration(self) -> float:
+        """Duration of the horizontal move [s]."""
+        return self.distance / self.speed
+
+    def to_array(self) -> NDArray[np.float64]:
+        """Return `[distance, speed, wait]`, shape (3,)."""
+        return np.array([self.distance, self.speed, self.wait])
+
+    @classmethod
+    def from_array(cls, parameters: NDArray[np.float64], bearing: float = 0.0) -> Cast:
+        """Return the cast with parameters `[distance, speed, wait]`, shape (3,)."""
+        distance, speed, wait = (float(value) for value in parameters)
+        return cls(distance, speed, wait, float(bearing))
+
+
+def cast_bounds(scenario: Scenario) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the lower and the upper bounds of `[distance, speed, wait]`, each of shape (3,)."""
+    bounds = np.array([getattr(scenario.bounds, name) for name in PARAMETERS], dtype=float)
+    return bounds[:, 0], bounds[:, 1]
+
+
+def is_allowed(scenario: Scenario, parameters: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return which rows of `parameters`, shape (..., 3), keep the bounds and the move's shortest duration."""
+    lower, upper = cast_bounds(scenario)
+    inside = np.all((parameters >= lower) & (parameters <= upper), axis=-1)
+    # The tolerance keeps a cast on the boundary allowed after a round trip through scaled coordinates.
+    slow_enough = parameters[..., 0] >= parameters[..., 1] * scenario.motion.min_move_duration - 1e-12
+    return np.asarray(inside & slow_enough)

@@ -9,7 +9,7 @@ Only looks are decided here: what stands in `SHELLS` has no influence on the dyn
 import csv
 from dataclasses import dataclass
 from pathlib import Path
-from xml.etree import ElementTree
+from xml.etree import ElementTree as ET
 
 import numpy as np
 
@@ -37,8 +37,8 @@ class Shell:
     link, material
         What it is fixed to, and its colour: a key of `MATERIALS`.
     rows
-        Each row is (height, discs) with discs [(u, v, radius), ...] in m, as many in every row. One disc makes
-        a turned part, four a rounded box, two a link with round ends. Outlines between the rows are
+        Each row is (height, discs) with discs [(u, v, radius), ...] in m, as many in every row. One disc
+        makes a turned part, four a rounded box, two a link with round ends. Outlines between the rows are
         interpolated, and the ends are closed flat.
     fillet
         How far [m] from each edge its rounding begins.
@@ -85,19 +85,112 @@ def both_sides(shell: Shell) -> list[Shell]:
 
 SHELLS: list[Shell] = [
     # base: mounting plate, casting, the fixed ring of the yaw bearing, connectors at the back
-    Shell("base", "aluminium", box(0.0, 0.018, 0.130, 0.130, 0.025)),
+    Shell("base", "aluminium", box(0.0, 0.018, 0.130, 0.130, 0.025), segments=24),
+    *(
+        Shell("base", "graphite", turned((0.018, 0.008), (0.025, 0.008), at=(x, y)), 0.001, "z", 12)
+        for x in (-0.114, 0.114)
+        for y in (-0.114, 0.114)
+    ),
     Shell(
         "base",
         "white",
         [
-            (0.018, corners(0.112, 0.112, 0.04)),
-            (0.070, corners(0.106, 0.106, 0.07)),
-            (0.102, corners(0.103, 0.103, 0.1)),
+            (0.018, corners(0.112, 0.112, 0.040)),
+            (0.070, corners(0.106, 0.106, 0.070)),
+            (0.102, corners(0.103, 0.103, 0.102)),
         ],
-        fillet=0.012,
+        fillet=0.010,
     ),
-    Shell("base", "graphite", turned((0.102, 0.094), (0.114, 0.094)), fillet=0.002),
-    Shell("base", "graphite", box(-0.134, -0.100, 0.055, 0.020, 0.006, at=(0.0, 0.046)), axis="x"),
+    Shell("base", "graphite", turned((0.102, 0.095), (0.118, 0.095)), fillet=0.002),
+    Shell(
+        "base", "graphite", box(-0.128, -0.100, 0.055, 0.020, 0.006, at=(0.0, 0.046)), axis="x", segments=16
+    ),
+    # link 1: the yaw housing, the shoulder's fork with the covers of the differential, two motors at the back
+    Shell(
+        "link1",
+        "white",
+        [
+            (-0.230, corners(0.104, 0.104, 0.103)),
+            (-0.195, corners(0.110, 0.122, 0.075)),
+            (-0.120, corners(0.100, 0.127, 0.050)),
+            (-0.090, corners(0.078, 0.127, 0.040)),
+        ],
+        fillet=0.015,
+    ),
+    *both_sides(
+        Shell(
+            "link1",
+            "white",
+            plate(0.091, 0.130, (0.0, 0.0, 0.082), (0.036, -0.120, 0.058), (-0.036, -0.120, 0.058)),
+            fillet=0.012,
+            axis="y",
+        )
+    ),
+    *both_sides(Shell("link1", "graphite", turned((0.129, 0.068), (0.138, 0.064)), axis="y")),
+    *both_sides(Shell("link1", "aluminium", turned((0.137, 0.022), (0.142, 0.022)), 0.002, "y", 20)),
+    *(
+        Shell("link1", "graphite", turned((-0.205, 0.036), (-0.105, 0.036), at=(-0.108, y)), 0.006, "z", 24)
+        for y in (-0.052, 0.052)
+    ),
+    # link 2: the drum of the shoulder's differential, up to the bearing of joint 3
+    Shell("link2", "graphite", turned((-0.088, 0.066), (0.088, 0.066)), axis="y"),
+    Shell(
+        "link2",
+        "graphite",
+        turned((-0.055, 0.045), (-0.025, 0.074), (0.055, 0.076), (0.098, 0.064)),
+        fillet=0.018,
+    ),
+    Shell("link2", "aluminium", turned((0.096, 0.059), (0.108, 0.059)), fillet=0.002),
+    # link 3: the upper arm's tube, which broadens to the fork that holds the elbow's axis 45 mm ahead of it
+    Shell("link3", "white", turned((0.109, 0.058), (0.150, 0.057), (0.190, 0.0445), (0.400, 0.0435)), 0.012),
+    Shell(
+        "link3",
+        "white",
+        [
+            (0.345, corners(0.0440, 0.0440, 0.0435)),
+            (0.425, corners(0.0445, 0.0640, 0.0360)),
+            (0.490, corners(0.0420, 0.0640, 0.0250)),
+        ],
+        fillet=0.008,
+    ),
+    *both_sides(
+        Shell("link3", "white", plate(0.047, 0.066, (0.045, 0.55, 0.046), (0.003, 0.455, 0.040)), 0.006, "y")
+    ),
+    *both_sides(
+        Shell("link3", "graphite", turned((0.065, 0.036), (0.072, 0.033), at=(0.045, 0.55)), 0.003, "y", 24)
+    ),
+    *both_sides(
+        Shell("link3", "aluminium", turned((0.071, 0.012), (0.075, 0.012), at=(0.045, 0.55)), 0.002, "y", 16)
+    ),
+    # link 4: the elbow's drum, its web back to the arm's centre line, the forearm
+    Shell("link4", "graphite", turned((-0.046, 0.042), (0.046, 0.042)), axis="y"),
+    Shell(
+        "link4", "graphite", plate(-0.040, 0.040, (0.0, 0.0, 0.040), (-0.045, 0.040, 0.038)), 0.006, "y", 24
+    ),
+    Shell(
+        "link4",
+        "white",
+        turned(
+            (0.018, 0.041), (0.034, 0.046), (0.125, 0.045), (0.195, 0.036), (0.243, 0.035), at=(-0.045, 0)
+        ),
+        fillet=0.008,
+    ),
+    Shell("link4", "aluminium", turned((0.242, 0.031), (0.251, 0.031), at=(-0.045, 0)), 0.002, "z", 24),
+    # link 5: the wrist's fork
+    Shell("link5", "graphite", turned((0.251, 0.034), (0.268, 0.034)), 0.004, "z", 24),
+    *both_sides(
+        Shell("link5", "graphite", plate(0.029, 0.039, (0, 0.300, 0.024), (0, 0.264, 0.027)), 0.003, "y", 24)
+    ),
+    *both_sides(
+        Shell("link5", "aluminium", turned((0.038, 0.016), (0.042, 0.016), at=(0, 0.3)), 0.002, "y", 16)
+    ),
+    # link 6: the drum of the wrist's differential, the bearing and the motor of joint 7
+    Shell("link6", "black", turned((-0.029, 0.025), (0.029, 0.025)), 0.003, "y", 24),
+    Shell("link6", "graphite", turned((0.000, 0.023), (0.018, 0.029), (0.045, 0.029)), 0.005, "z", 24),
+    Shell("link6", "black", turned((-0.028, 0.013), (0.028, 0.013), at=(-0.037, 0.033)), 0.003, "x", 20),
+    # link 7 and the tool plate
+    Shell("link7", "black", turned((0.045, 0.024), (0.055, 0.024)), 0.002, "z", 24),
+    Shell("tool_plate", "aluminium", turned((-0.006, 0.036), (0.000, 0.036)), 0.0015, "z", 32),
 ]
 
 
@@ -112,8 +205,8 @@ def rounded(rows: np.ndarray, fillet: float, n: int = 2) -> np.ndarray:
         for other in (before, after):
             span = np.abs(other - corner).max()
             ends.append(corner + (other - corner) * min(fillet / span, 0.5))
-        for t in np.linspace(0.0, 1.0, n + 1):
-            out.append((1 - t) ** 2 * ends[0] + 2 * t * (1 - t) * corner + t**2 * ends[1])
+        steps = np.linspace(0.0, 1.0, n + 1)
+        out += [(1 - t) ** 2 * ends[0] + 2 * t * (1 - t) * corner + t**2 * ends[1] for t in steps]
     return np.array([*out, rows[-1]])
 
 
@@ -178,11 +271,11 @@ def obj_text(shells: list[Shell]) -> str:
 
 def urdf_text(sheet: list[dict[str, str]]) -> str:
     """Return the URDF of the arm whose links are the sheet's rows."""
-    robot = ElementTree.Element("robot", {"name": "wam7", "xmlns:drake": "https://drake.mit.edu"})
-    robot.append(ElementTree.Comment(" Written by make_wam7.py from wam7_parameters.csv: change those. "))
+    robot = ET.Element("robot", {"name": "wam7", "xmlns:drake": "https://drake.mit.edu"})
+    robot.append(ET.Comment(" Written by make_wam7.py from wam7_parameters.csv: change those. "))
     for name, rgba in MATERIALS.items():
-        material = ElementTree.SubElement(robot, "material", name=name)
-        ElementTree.SubElement(material, "color", rgba=rgba)
+        material = ET.SubElement(robot, "material", name=name)
+        ET.SubElement(material, "color", rgba=rgba)
 
     add_link(robot, "base")
     for row in sheet:
@@ -192,33 +285,33 @@ def urdf_text(sheet: list[dict[str, str]]) -> str:
         if row["joint_type"] == "revolute":
             add_motor(robot, row)
 
-    ElementTree.indent(robot)
-    return '<?xml version="1.0"?>\n' + ElementTree.tostring(robot, encoding="unicode") + "\n"
+    ET.indent(robot)
+    return '<?xml version="1.0"?>\n' + ET.tostring(robot, encoding="unicode") + "\n"
 
 
-def add_link(robot: ElementTree.Element, name: str, row: dict[str, str] | None = None) -> None:
+def add_link(robot: ET.Element, name: str, row: dict[str, str] | None = None) -> None:
     """Add a link: its inertia if the sheet has one, and its meshes."""
-    link = ElementTree.SubElement(robot, "link", name=name)
+    link = ET.SubElement(robot, "link", name=name)
     if row and float(row["mass"]) > 0:
-        inertial = ElementTree.SubElement(link, "inertial")
-        ElementTree.SubElement(inertial, "origin", xyz=join(row, "com_x", "com_y", "com_z"), rpy="0 0 0")
-        ElementTree.SubElement(inertial, "mass", value=row["mass"])
+        inertial = ET.SubElement(link, "inertial")
+        ET.SubElement(inertial, "origin", xyz=join(row, "com_x", "com_y", "com_z"), rpy="0 0 0")
+        ET.SubElement(inertial, "mass", value=row["mass"])
         tensor = {element: row[element] for element in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")}
-        ElementTree.SubElement(inertial, "inertia", tensor)
+        ET.SubElement(inertial, "inertia", tensor)
     for (owner, material), file in mesh_files().items():
         if owner == name:
-            visual = ElementTree.SubElement(link, "visual", name=material)
-            geometry = ElementTree.SubElement(visual, "geometry")
-            ElementTree.SubElement(geometry, "mesh", filename=file)
-            ElementTree.SubElement(visual, "material", name=material)
+            visual = ET.SubElement(link, "visual", name=material)
+            geometry = ET.SubElement(visual, "geometry")
+            ET.SubElement(geometry, "mesh", filename=file)
+            ET.SubElement(visual, "material", name=material)
 
 
-def add_joint(robot: ElementTree.Element, row: dict[str, str]) -> None:
+def add_joint(robot: ET.Element, row: dict[str, str]) -> None:
     """Add the joint that carries a link."""
-    joint = ElementTree.SubElement(robot, "joint", name=row["joint"], type=row["joint_type"])
-    ElementTree.SubElement(joint, "parent", link=row["parent"])
-    ElementTree.SubElement(joint, "child", link=row["name"])
-    ElementTree.SubElement(
+    joint = ET.SubElement(robot, "joint", name=row["joint"], type=row["joint_type"])
+    ET.SubElement(joint, "parent", link=row["parent"])
+    ET.SubElement(joint, "child", link=row["name"])
+    ET.SubElement(
         joint,
         "origin",
         xyz=join(row, "origin_x", "origin_y", "origin_z"),
@@ -226,21 +319,21 @@ def add_joint(robot: ElementTree.Element, row: dict[str, str]) -> None:
     )
     if row["joint_type"] != "revolute":
         return
-    ElementTree.SubElement(joint, "axis", xyz=join(row, "axis_x", "axis_y", "axis_z"))
+    ET.SubElement(joint, "axis", xyz=join(row, "axis_x", "axis_y", "axis_z"))
     limits = {name: row[name] for name in ("lower", "upper", "effort", "velocity")}
-    ElementTree.SubElement(joint, "limit", limits)
-    ElementTree.SubElement(joint, "dynamics", damping=row["damping"], friction=row["coulomb"])
+    ET.SubElement(joint, "limit", limits)
+    ET.SubElement(joint, "dynamics", damping=row["damping"], friction=row["coulomb"])
 
 
-def add_motor(robot: ElementTree.Element, row: dict[str, str]) -> None:
+def add_motor(robot: ET.Element, row: dict[str, str]) -> None:
     """Add the motor of a joint, with the inertia of its rotor before the gears."""
     name = f"{row['joint']}_motor"
-    transmission = ElementTree.SubElement(robot, "transmission", name=name)
-    ElementTree.SubElement(transmission, "type").text = "transmission_interface/SimpleTransmission"
-    ElementTree.SubElement(transmission, "joint", name=row["joint"])
-    actuator = ElementTree.SubElement(transmission, "actuator", name=name)
-    ElementTree.SubElement(actuator, "drake:rotor_inertia", value=row["rotor_inertia"])
-    ElementTree.SubElement(actuator, "drake:gear_ratio", value=row["gear_ratio"])
+    transmission = ET.SubElement(robot, "transmission", name=name)
+    ET.SubElement(transmission, "type").text = "transmission_interface/SimpleTransmission"
+    ET.SubElement(transmission, "joint", name=row["joint"])
+    actuator = ET.SubElement(transmission, "actuator", name=name)
+    ET.SubElement(actuator, "drake:rotor_inertia", value=row["rotor_inertia"])
+    ET.SubElement(actuator, "drake:gear_ratio", value=row["gear_ratio"])
 
 
 def join(row: dict[str, str], *names: str) -> str:

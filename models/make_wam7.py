@@ -28,6 +28,10 @@ MATERIALS = {
 # ---------------------------------------------------------------- the looks
 
 
+Disc = tuple[float, float, float]
+Rows = list[tuple[float, list[Disc]]]
+
+
 @dataclass(frozen=True)
 class Shell:
     """One smooth closed surface: a stack of outlines, each the convex hull of a few discs.
@@ -50,29 +54,31 @@ class Shell:
 
     link: str
     material: str
-    rows: list[tuple[float, list[tuple[float, float, float]]]]
+    rows: Rows
     fillet: float = 0.004
     axis: str = "z"
-    segments: int = 32
+    segments: int = 28
 
 
-def turned(*profile: tuple[float, float], at: tuple[float, float] = (0.0, 0.0)):
+def turned(*profile: tuple[float, float], at: tuple[float, float] = (0.0, 0.0)) -> Rows:
     """Rows of a turned part: (height, radius) pairs about an axis through `at`."""
     return [(height, [(*at, radius)]) for height, radius in profile]
 
 
-def box(low: float, high: float, half_u: float, half_v: float, radius: float, at=(0.0, 0.0)):
+def box(
+    low: float, high: float, half_u: float, half_v: float, radius: float, at: tuple[float, float] = (0.0, 0.0)
+) -> Rows:
     """Rows of a box with corners of a radius, between two heights."""
     return [(height, corners(half_u, half_v, radius, at)) for height in (low, high)]
 
 
-def corners(half_u: float, half_v: float, radius: float, at=(0.0, 0.0)):
+def corners(half_u: float, half_v: float, radius: float, at: tuple[float, float] = (0.0, 0.0)) -> list[Disc]:
     """Return the four discs whose hull is a rounded rectangle."""
     u, v = half_u - radius, half_v - radius
     return [(at[0] + a * u, at[1] + b * v, radius) for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
 
 
-def plate(low: float, high: float, *discs: tuple[float, float, float]):
+def plate(low: float, high: float, *discs: Disc) -> Rows:
     """Rows of a plate between two heights, its outline the hull of discs."""
     return [(low, list(discs)), (high, list(discs))]
 
@@ -190,7 +196,7 @@ SHELLS: list[Shell] = [
     Shell("link6", "black", turned((-0.028, 0.013), (0.028, 0.013), at=(-0.037, 0.033)), 0.003, "x", 20),
     # link 7 and the tool plate
     Shell("link7", "black", turned((0.045, 0.024), (0.055, 0.024)), 0.002, "z", 24),
-    Shell("tool_plate", "aluminium", turned((-0.006, 0.036), (0.000, 0.036)), 0.0015, "z", 32),
+    Shell("tool_plate", "aluminium", turned((-0.006, 0.036), (0.000, 0.036)), 0.0015, "z", 28),
 ]
 
 
@@ -222,7 +228,8 @@ def surface(shell: Shell) -> tuple[np.ndarray, list[tuple[int, ...]]]:
     rings = []
     for row in rows[1:-1]:
         discs = row[1:].reshape(-1, 3)
-        farthest = np.argmax(direction @ discs[:, :2].T + discs[:, 2] - 1e-9 * np.arange(len(discs)), axis=1)
+        reach = direction @ discs[:, :2].T + discs[:, 2]
+        farthest = np.argmax(reach - 1e-9 * np.arange(len(discs)), axis=1)  # of equals the first, on any machine
         outline = discs[farthest, :2] + discs[farthest, 2:] * direction
         rings.append(np.column_stack([outline, np.full(shell.segments, row[0])]))
     poles = [np.append(ring[:, :2].mean(axis=0), ring[0, 2]) for ring in (rings[0], rings[-1])]
@@ -249,7 +256,8 @@ def normals(vertices: np.ndarray, faces: list[tuple[int, ...]]) -> np.ndarray:
         corner = vertices[list(face)]
         diagonals = (corner[2] - corner[0], corner[-1] - corner[1])
         total[list(face)] += np.cross(*diagonals)
-    return total / np.linalg.norm(total, axis=1, keepdims=True)
+    total /= np.linalg.norm(total, axis=1, keepdims=True)
+    return total
 
 
 def obj_text(shells: list[Shell]) -> str:

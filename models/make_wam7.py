@@ -229,7 +229,7 @@ def surface(shell: Shell) -> tuple[np.ndarray, list[tuple[int, ...]]]:
     for row in rows[1:-1]:
         discs = row[1:].reshape(-1, 3)
         reach = direction @ discs[:, :2].T + discs[:, 2]
-        farthest = np.argmax(reach - 1e-9 * np.arange(len(discs)), axis=1)  # of equals the first, on any machine
+        farthest = np.argmax(reach - 1e-9 * np.arange(len(discs)), axis=1)  # of equals, the first
         outline = discs[farthest, :2] + discs[farthest, 2:] * direction
         rings.append(np.column_stack([outline, np.full(shell.segments, row[0])]))
     poles = [np.append(ring[:, :2].mean(axis=0), ring[0, 2]) for ring in (rings[0], rings[-1])]

@@ -5,7 +5,7 @@ the manufacturer's documents say of the whole arm.
 """
 
 import csv
-import importlib.util
+import runpy
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -61,10 +61,7 @@ def arm():
 @pytest.fixture(scope="module")
 def generated():
     """Return the text of each generated file, as the script would write it now."""
-    spec = importlib.util.spec_from_file_location("make_wam7", MODELS / "make_wam7.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module.model_files()
+    return runpy.run_path(str(MODELS / "make_wam7.py"))["model_files"]()
 
 
 # ---------------------------------------------------------------- the files

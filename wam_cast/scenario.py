@@ -75,7 +75,7 @@ class String(_Part):
     length: Positive = 0.60
     n_links: Annotated[int, Field(ge=1, le=80)] = 10
     mass: Positive = 0.003
-    bending_damping: NonNegative = 1.2e-6
+    bending_damping: NonNegative = 8e-7
     hook_damping: NonNegative = 1e-4
 
 

@@ -1,1 +1,1 @@
-"""evaluation"""
+"""Section 3 of the paper: pictures and replays of casts."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.multibody.tree import JacobianWrtVariable
-from pydrake.systems.framework import BasicVector, LeafSystem, ValueProducer
+from pydrake.systems.framework import BasicVector, LeafSystem, NumericParameterIndex, ValueProducer
 from scipy.linalg.lapack import dposv
 
 from wam_cast.cast import Cast
@@ -25,7 +25,7 @@ class _Reference:
 
     def __init__(self, motion: CastMotion, q_posture: NDArray[np.float64]) -> None:
         self.motion = motion
-        self.q_posture = q_posture
+        self.rest_state = np.concatenate([q_posture, np.zeros(N_ARM)])
 
 
 class _ArmContext:
@@ -87,13 +87,14 @@ class CastController(LeafSystem):
         self._hand_body = self._hand_frame.body()
         self._world_frame = self._plant.world_frame()
         self._kp, self._kd = scenario.controller.kp, scenario.controller.kd
-        self._posture_stiffness = np.array(scenario.controller.posture_stiffness)
-        self._posture_damping = np.array(scenario.controller.posture_damping)
+        self._posture_gain = np.hstack(
+            [np.diag(scenario.controller.posture_stiffness), np.diag(scenario.controller.posture_damping)]
+        )
         self.torque_limits: NDArray[np.float64] = self._plant.GetEffortUpperLimits()
 
         self._input = self.DeclareVectorInputPort("arm_state", 2 * N_ARM)
         self._cast_index = self.DeclareNumericParameter(BasicVector([0.3, 0.6, 0.1, 0.0]))
-        cast_ticket = self.numeric_parameter_ticket(self._cast_index)
+        cast_ticket = self.numeric_parameter_ticket(NumericParameterIndex(self._cast_index))
         state_ticket = self.input_port_ticket(self._input.get_index())
         self._reference = self.DeclareCacheEntry(
             description="reference",
@@ -147,11 +148,10 @@ class CastController(LeafSystem):
     def _calc_actuation(self, context: Any, output: Any) -> None:
         arm, p_WE, J = self._hand_kinematics(context)
         state = self._input.Eval(context)
-        q, v = state[:N_ARM], state[N_ARM:]
         reference = self._reference.Eval(context)
         p_desired, v_desired = reference.motion.evaluate(context.get_time())
-        u_x = self._kp * (p_desired - p_WE) + self._kd * (v_desired - J @ v)
-        posture = self._posture_stiffness * (reference.q_posture - q) - self._posture_damping * v
+        u_x = self._kp * (p_desired - p_WE) + self._kd * (v_desired - J @ state[N_ARM:])
+        posture = self._posture_gain @ (reference.rest_state - state)
         # dposv solves a positive definite system without the checks that cost numpy.linalg.solve most of its time.
         force_of_posture = dposv(J @ J.T, J @ posture)[1]
         gravity = -self._plant.CalcGravityGeneralizedForces(arm)

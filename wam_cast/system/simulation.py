@@ -1,0 +1,399 @@
+"""Run casts in a station that is built once and used for many.
+
+A cast flies in a station without geometry, under an explicit Runge-Kutta method of second order with a fixed step: the string's
+damping is mild enough, and between two samples of the controller the right-hand side is smooth. Where the ball comes near
+the cup or the floor, the state moves to a station with contact, under Drake's implicit integrator for it (`cenic`). Both hold
+the same plant, so that nothing but geometry and integrator changes.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
+
+from wam_cast.cast import Cast
+from wam_cast.errors import InputError
+from wam_cast.scenario import Scenario
+from wam_cast.system.controller import motor_load
+from wam_cast.system.motion import CastMotion
+from wam_cast.system.outcome import (
+    REST_SPEED,
+    SLACK_MARGIN,
+    BallTrack,
+    Crossing,
+    Outcome,
+    Status,
+    angle_from_vertical,
+    find_crossing,
+    is_inside,
+    judge,
+    to_casting_plane,
+)
+from wam_cast.system.plant import N_ARM, arm_coulomb_friction
+from wam_cast.system.station import FRICTION_SPEED, CastStation
+
+Array = NDArray[np.float64]
+
+LOOK_PERIODS = 10
+"""Control periods between two looks at the flying ball from Python."""
+
+CONTACT_LOOK_PERIODS = 3
+"""The same near the cup; longer than a bounce, so that a ball at a bounce's turning point does not pass for one at rest."""
+
+MAX_SPEED = 100.0
+"""A ball that is faster [m/s] belongs to a simulation that broke down."""
+
+
+@dataclass(frozen=True)
+class CastRecording:
+    """One cast from its start to the end of the return (without a cup: to the landing), a sample per control period.
+
+    Attributes
+    ----------
+    outcome
+        Judged at the end of the hold at the latest, before the return moves the ball.
+    times
+        [s], shape (n,).
+    states
+        Positions and velocities of the plant, shape (n, n_x): what `station.plant` takes.
+    torques
+        Of the motors [N m], shape (n, 7).
+    p_WL, v_WL, p_WE, p_WE_desired
+        Ball, hand and the hand's reference in the world frame [m, m/s], each of shape (n, 3).
+    stages
+        `Stage` of each sample, shape (n,).
+    """
+
+    scenario: Scenario
+    cast: Cast
+    cup: tuple[float, float] | None
+    outcome: Outcome
+    times: Array
+    states: Array
+    torques: Array
+    p_WL: Array
+    v_WL: Array
+    p_WE: Array
+    p_WE_desired: Array
+    stages: NDArray[np.int_]
+
+
+class CastSimulator:
+    """Simulates casts of one scenario; building it takes longer than a cast, so keep it.
+
+    Outcomes do not depend on what was simulated before.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.scenario = scenario
+        self._flight = CastStation(scenario, has_scene=False)
+        self._flight_simulator = Simulator(self._flight.diagram)
+        plant = self._flight.plant
+        self._scratch = plant.CreateDefaultContext()
+        self._ball = plant.GetBodyByName("ball")
+        self._hand = plant.GetBodyByName("tool_plate")
+        self._speed_limits = plant.GetVelocityUpperLimits()[:N_ARM]
+        self._lower, self._upper = plant.GetPositionLowerLimits()[:N_ARM], plant.GetPositionUpperLimits()[:N_ARM]
+        self._torque_limits = plant.GetEffortUpperLimits()
+        self.step = self._flight_step()
+        ResetIntegratorFromFlags(self._flight_simulator, "runge_kutta2", self.step)
+
+    @cached_property
+    def _scene(self) -> tuple[CastStation, Any]:
+        station = CastStation(self.scenario, has_scene=True)
+        return station, Simulator(station.diagram)
+
+    def _flight_step(self) -> float:
+        """Return the longest step [s] that divides the control period and keeps the damping stable.
+
+        An explicit method of second order is stable for step * rate < 2, with the rates of decay the eigenvalues of M^-1 D.
+        They are taken where the string hangs; folded ones were seen to have rates half as high again.
+        """
+        plant, context = self._flight.plant, self._scratch
+        station_context = self._flight.diagram.CreateDefaultContext()
+        self._flight.set_start(station_context, Cast(0.3, 0.6, 0.1))
+        state = plant.GetPositionsAndVelocities(plant.GetMyContextFromRoot(station_context))
+        plant.SetPositionsAndVelocities(context, state)
+        damping = np.zeros(plant.num_velocities())
+        for index in plant.GetJointIndices():
+            joint = plant.get_joint(index)
+            start = joint.velocity_start()
+            damping[start : start + joint.num_velocities()] = joint.default_damping_vector()
+        damping[:N_ARM] += self.scenario.arm.coulomb_friction * arm_coulomb_friction() / FRICTION_SPEED
+        rates = np.linalg.eigvals(np.linalg.solve(plant.CalcMassMatrix(context), np.diag(damping))).real
+        longest = min(self.scenario.simulation.max_step, 4 / 3 / max(float(rates.max()), 1e-9))
+        period = self.scenario.controller.period
+        return period / math.ceil(period / longest - 1e-9)
+
+    def simulate(self, cast: Cast, cup: tuple[float, float] | None = None) -> Outcome:
+        """Simulate `cast` up to its verdict: with a cup at world (x, y) [m] until the ball rests or has missed, else to the landing."""
+        run = self._run(cast, cup)
+        return self._judge(run)
+
+    def record(self, cast: Cast, cup: tuple[float, float] | None = None) -> CastRecording:
+        """Simulate `cast` as `simulate` does, then on to the end of the return, and keep all of it."""
+        run = self._run(cast, cup)
+        outcome = self._judge(run)
+        if cup is not None and outcome.status is not Status.DIVERGED:
+            station, simulator = self._scene
+            if simulator.get_context().get_time() < run.motion.stage_ends[-1]:
+                run.in_scene or self._enter_scene(run)
+                _advance(simulator, float(run.motion.stage_ends[-1]))
+        times, states, torques = self._logs(run)
+        p_WL, v_WL, p_WE = self._kinematics(states)
+        p_WE_desired = np.array([run.motion.evaluate(t)[0] for t in times])
+        stages = np.array([run.motion.stage(t) for t in times])
+        return CastRecording(
+            self.scenario, cast, cup, outcome, times, states, torques, p_WL, v_WL, p_WE, p_WE_desired, stages
+        )
+
+    def _run(self, cast: Cast, cup: tuple[float, float] | None) -> _Run:
+        run = _Run(cast, cup, CastMotion(self.scenario.motion, cast))
+        try:
+            self._fly(run)
+            if run.in_scene:
+                self._settle(run)
+        except (RuntimeError, SystemExit) as error:
+            # Drake reports a state that is no longer finite by one or the other, depending on who notices first.
+            run.breakdown = str(error)
+        return run
+
+    def _fly(self, run: _Run) -> None:
+        """Advance until the ball has crossed the rim plane, or can touch something, or the hold is over."""
+        simulator = self._flight_simulator
+        context = simulator.get_mutable_context()
+        self._flight.set_start(context, run.cast)
+        simulator.Initialize()
+        plant_context = self._flight.plant.GetMyContextFromRoot(context)
+        look = LOOK_PERIODS * self.scenario.controller.period
+        for n in range(1, math.ceil(run.motion.stage_ends[3] / look) + 1):
+            simulator.AdvanceTo(n * look)
+            p_WL = self._ball.EvalPoseInWorld(plant_context).translation()
+            v_WL = self._ball.EvalSpatialVelocityInWorld(plant_context).translational()
+            speed = float(np.linalg.norm(v_WL))
+            if not speed < MAX_SPEED:
+                raise RuntimeError(f"the ball's speed is {speed} m/s")
+            if run.cup is None:
+                if p_WL[2] <= self.scenario.cup.rim_height:
+                    return
+            elif self._gap(p_WL, run.cup) < speed * look + 0.004:
+                self._enter_scene(run)
+                return
+
+    def _gap(self, p_WL: Array, cup: tuple[float, float]) -> float:
+        """Return the distance [m] between the ball's surface and the floor or a solid cylinder as large as the cup."""
+        shape, radius = self.scenario.cup, self.scenario.ball.radius
+        outside = math.hypot(p_WL[0] - cup[0], p_WL[1] - cup[1]) - shape.outer_radius
+        above = p_WL[2] - shape.rim_height
+        to_cup = math.hypot(max(outside, 0.0), max(above, 0.0))
+        return float(min(to_cup, p_WL[2]) - radius)
+
+    def _enter_scene(self, run: _Run) -> None:
+        """Hand the state over to the station with contact."""
+        station, simulator = self._scene
+        source, target = self._flight_simulator.get_context(), simulator.get_mutable_context()
+        station.set_start(target, run.cast, run.cup)
+        target.SetTime(source.get_time())
+        target.get_mutable_continuous_state_vector().SetFromVector(source.get_continuous_state_vector().CopyToVector())
+        held = station.hold.GetMyMutableContextFromRoot(target).get_mutable_discrete_state_vector()
+        held.SetFromVector(self._flight.hold.GetMyContextFromRoot(source).get_discrete_state_vector().value())
+        # A new integrator each time: `cenic` keeps what it learned about its steps, and outcomes must not depend on it.
+        ResetIntegratorFromFlags(simulator, "cenic", self.scenario.simulation.contact_step)
+        simulator.get_mutable_integrator().set_fixed_step_mode(True)
+        simulator.Initialize()
+        run.in_scene = True
+
+    def _settle(self, run: _Run) -> None:
+        """Advance until the ball rests in the cup, lies outside of it, or the hold is over."""
+        _, simulator = self._scene
+        look = CONTACT_LOOK_PERIODS * self.scenario.controller.period
+        first = math.floor(simulator.get_context().get_time() / look)
+        was_at_rest = False
+        for n in range(first + 1, math.ceil(run.motion.stage_ends[3] / look) + 1):
+            simulator.AdvanceTo(n * look)
+            p_CL, speed, run.is_carried = self._ball_in_scene(run)
+            inside = is_inside(p_CL, self.scenario.cup)
+            run.is_at_rest = bool(inside and run.is_carried and speed < REST_SPEED and was_at_rest)
+            was_at_rest = bool(inside and run.is_carried and speed < REST_SPEED)
+            on_floor = p_CL[2] + self.scenario.cup.rim_height < 1.1 * self.scenario.ball.radius
+            if run.is_at_rest or (on_floor and not inside):
+                return
+
+    def _ball_in_scene(self, run: _Run) -> tuple[Array, float, bool]:
+        """Return p_CL, the ball's speed, and whether the cup carries it now."""
+        station, simulator = self._scene
+        context = station.plant.GetMyContextFromRoot(simulator.get_context())
+        ball, cup = station.plant.GetBodyByName("ball"), station.plant.GetBodyByName("cup")
+        assert run.cup is not None
+        p_CL = ball.EvalPoseInWorld(context).translation() - [*run.cup, self.scenario.cup.rim_height]
+        speed = float(np.linalg.norm(ball.EvalSpatialVelocityInWorld(context).translational()))
+        if not speed < MAX_SPEED:
+            raise RuntimeError(f"the ball's speed is {speed} m/s")
+        contacts = station.plant.get_contact_results_output_port().Eval(context)
+        pairs = (contacts.point_pair_contact_info(i) for i in range(contacts.num_point_pair_contacts()))
+        is_carried = any(cup.index() in (pair.bodyA_index(), pair.bodyB_index()) for pair in pairs)
+        return p_CL, speed, is_carried
+
+    def _logs(self, run: _Run) -> tuple[Array, Array, Array]:
+        logs = self._flight.logged(self._flight_simulator.get_context())
+        if not run.in_scene:
+            return logs
+        station, simulator = self._scene
+        # The scene's first sample is the state that it was handed: the flight's last one.
+        later = station.logged(simulator.get_context())
+        return tuple(np.concatenate([a, b[1:]]) for a, b in zip(logs, later, strict=True))  # type: ignore[return-value]
+
+    def _kinematics(self, states: Array) -> tuple[Array, Array, Array]:
+        """Return p_WL, v_WL and p_WE of `states`, each of shape (n, 3)."""
+        result = np.empty((3, len(states), 3))
+        for i, state in enumerate(states):
+            self._flight.plant.SetPositionsAndVelocities(self._scratch, state)
+            result[0, i] = self._ball.EvalPoseInWorld(self._scratch).translation()
+            result[1, i] = self._ball.EvalSpatialVelocityInWorld(self._scratch).translational()
+            result[2, i] = self._hand.EvalPoseInWorld(self._scratch).translation()
+        return result[0], result[1], result[2]
+
+    def _judge(self, run: _Run) -> Outcome:
+        if run.breakdown is not None:
+            return _diverged(run)
+        times, states, torques = self._logs(run)
+        # Before the drop the ball cannot come down to the rim.
+        low = times >= run.motion.stage_ends[1]
+        p_WL, v_WL, p_WE = self._kinematics(states[low])
+        track = BallTrack(times[low], p_WL, v_WL)
+        crossing = find_crossing(track, self.scenario.cup.rim_height)
+        load = motor_load(torques, self._torque_limits).max(axis=0)
+        speed = (np.abs(states[:, self._n_q :][:, :N_ARM]) / self._speed_limits).max(axis=0)
+        limits_hit = self._limits_hit(states[:, :N_ARM], load, speed)
+        status = self._status(run, crossing, p_WL)
+        if limits_hit:
+            status = Status.LIMIT_HIT
+        nothing = np.full(3, np.nan)
+        landing = nothing[:2] if crossing is None else crossing.p_WL[:2]
+        velocity = nothing if crossing is None else crossing.v_WL
+        along, across = to_casting_plane(landing, run.cast.bearing)
+        return Outcome(
+            status=status,
+            landing=landing,
+            landing_along=along,
+            landing_across=across,
+            crossing_time=math.nan if crossing is None else crossing.time,
+            entry_velocity=velocity,
+            entry_angle=angle_from_vertical(velocity),
+            is_slack=crossing is not None and self._is_slack(crossing, track.times, p_WE),
+            miss=math.nan if run.cup is None else float(np.linalg.norm(landing - run.cup)),
+            peak_load=load,
+            peak_speed=speed,
+            peak_tracking_error=self._peak_tracking_error(run.motion, times, states),
+            limits_hit=limits_hit,
+            end_time=float(times[-1]),
+        )
+
+    @property
+    def _n_q(self) -> int:
+        return int(self._flight.plant.num_positions())
+
+    def _status(self, run: _Run, crossing: Crossing | None, p_WL: Array) -> Status:
+        if crossing is None:
+            return Status.NEVER_CROSSED
+        if run.cup is None:
+            return Status.LANDED
+        c, s = math.cos(run.cast.bearing), math.sin(run.cast.bearing)
+        R_CW = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
+        p_CL = (p_WL - [*run.cup, self.scenario.cup.rim_height]) @ R_CW.T
+        return judge(p_CL, run.is_at_rest, run.is_carried, self.scenario.cup, self.scenario.ball.radius)
+
+    def _is_slack(self, crossing: Crossing, times: Array, p_WE: Array) -> bool:
+        hand = [np.interp(crossing.time, times, p_WE[:, axis]) for axis in range(3)]
+        distance = float(np.linalg.norm(crossing.p_WL - hand))
+        return distance < (1 - SLACK_MARGIN) * self.scenario.string.length
+
+    def _limits_hit(self, q: Array, load: Array, speed: Array) -> tuple[str, ...]:
+        outside = np.any((q < self._lower) | (q > self._upper), axis=0)
+        checks = (("position", outside), ("torque", load > 1 - 1e-9), ("speed", speed > 1))
+        return tuple(f"joint {i + 1} {what}" for what, over in checks for i in np.flatnonzero(over))
+
+    def _peak_tracking_error(self, motion: CastMotion, times: Array, states: Array) -> float:
+        """Return the hand's largest distance from its reference [m] at the looks; in between it cannot change much."""
+        _, _, p_WE = self._kinematics(states[::LOOK_PERIODS])
+        desired = np.array([motion.evaluate(t)[0] for t in times[::LOOK_PERIODS]])
+        return float(np.linalg.norm(p_WE - desired, axis=1).max())
+
+
+@dataclass
+class _Run:
+    """What one simulation carries from phase to phase."""
+
+    cast: Cast
+    cup: tuple[float, float] | None
+    motion: CastMotion
+    in_scene: bool = False
+    is_at_rest: bool = False
+    is_carried: bool = False
+    breakdown: str | None = None
+
+
+def _diverged(run: _Run) -> Outcome:
+    nothing = np.full(7, np.nan)
+    return Outcome(
+        status=Status.DIVERGED,
+        landing=nothing[:2],
+        landing_along=math.nan,
+        landing_across=math.nan,
+        crossing_time=math.nan,
+        entry_velocity=nothing[:3],
+        entry_angle=math.nan,
+        is_slack=False,
+        miss=math.nan,
+        peak_load=nothing,
+        peak_speed=nothing,
+        peak_tracking_error=math.nan,
+        limits_hit=(),
+        end_time=math.nan,
+    )
+
+
+def _advance(simulator: Any, end: float) -> None:
+    simulator.AdvanceTo(end)
+
+
+@lru_cache(maxsize=4)
+def shared_simulator(scenario: Scenario) -> CastSimulator:
+    """Return the simulator of `scenario` that this process keeps."""
+    return CastSimulator(scenario)
+
+
+def simulate_cast(scenario: Scenario, cast: Cast, cup: tuple[float, float] | None = None) -> Outcome:
+    """Simulate one cast.
+
+    Parameters
+    ----------
+    scenario, cast
+        What is cast, and how.
+    cup
+        World (x, y) [m] of a physical cup's axis; without one the simulation ends when the ball has crossed the rim plane.
+
+    Raises
+    ------
+    InputError
+        If the cup's position is not a pair of finite numbers, or the arm cannot turn to the cast's bearing.
+    """
+    if cup is not None:
+        cup = _checked_cup(cup)
+    return shared_simulator(scenario).simulate(cast, cup)
+
+
+def _checked_cup(cup: tuple[float, float]) -> tuple[float, float]:
+    try:
+        x, y = (float(value) for value in cup)
+    except (TypeError, ValueError):
+        raise InputError(f"cup = {cup!r} must be the pair (x, y) of its axis in metres") from None
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise InputError(f"cup = ({x}, {y}) must be finite: world x and y of its axis in metres")
+    return x, y

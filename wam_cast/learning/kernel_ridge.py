@@ -365,7 +365,7 @@ def input_scale(
     return lower.copy(), upper - lower
 
 
-def checked_sigma(sigma: float | ArrayLike, n_features: int) -> FloatArray:
+def checked_sigma(sigma: float | ArrayLike, n_features: int, *, name: str = "sigma") -> FloatArray:
     """Return the width of the kernel for each input, or raise a ValueError that says what is allowed."""
     try:
         widths = np.asarray(sigma, dtype=np.float64)
@@ -374,8 +374,8 @@ def checked_sigma(sigma: float | ArrayLike, n_features: int) -> FloatArray:
         is_allowed = False
     if not is_allowed:
         raise ValueError(
-            f"sigma={sigma!r} is not allowed: it must be a finite number > 0, or one for each of the "
-            f"{n_features} inputs, in units of the scaled inputs; pass for example sigma=0.35"
+            f"{name}={sigma!r} is not allowed: it must be a finite number > 0, or one for each of the "
+            f"{n_features} inputs, in units of the scaled inputs; pass for example {name}=0.35"
         )
     return np.broadcast_to(widths, n_features)
 

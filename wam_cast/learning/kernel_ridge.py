@@ -1,0 +1,394 @@
+"""Kernel ridge regression with the Gaussian kernel of section 2.4 of the paper, and its gradient.
+
+The estimator follows scikit-learn's contract, so that pipelines, cross-validation and model selection work
+on it as on any other. What it adds to `sklearn.kernel_ridge.KernelRidge` is what a planner and a model
+builder need: inputs of different units scaled inside the estimator, the paper's kernel width, one width per
+input, the analytic gradient of the prediction, and leave-one-out residuals without refits.
+"""
+
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import cho_factor, cho_solve, solve_triangular
+from scipy.spatial.distance import cdist
+from sklearn.base import BaseEstimator, MultiOutputMixin, RegressorMixin
+from sklearn.utils.validation import check_is_fitted, validate_data
+
+FloatArray = NDArray[np.float64]
+
+
+class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: ignore[misc]
+    """Kernel ridge regression with a Gaussian kernel on scaled inputs (section 2.4 of the paper).
+
+    The prediction is `m(x) = y_mean + k(x)^T (K + λ I)^-1 (Y - y_mean)` with the kernel
+    `k(x, x') = exp(-||x - x'||^2 / σ^2)`, without the factor 2 that is usual elsewhere. Distances are
+    measured between inputs scaled to the unit cube.
+
+    Parameters
+    ----------
+    sigma : float or array-like of shape (n_features,), default=0.35
+        Width σ of the kernel, in units of the scaled inputs. An array gives each input a width of its own:
+        the wider, the less the prediction depends on that input. The default is the paper's value.
+    regularization : float, default=1e-6
+        λ >= 0, in units of the kernel, whose diagonal is 1. The default suits noise-free simulated targets.
+    input_bounds : pair (lower, upper) or None, default=None
+        What is scaled to 0 and to 1, in units of the inputs; each a number for all inputs or an array-like of
+        shape (n_features,). `None` takes the smallest and the largest training input of each column, and
+        ignores a column that is constant, since nothing can be learned about it. Give the bounds that the
+        inputs were sampled from if you know them: σ then means the same for every training set.
+        `(0, 1)` leaves the inputs as they are.
+    center_targets : bool, default=True
+        Remove the mean of the training targets before the fit and add it to the predictions. Far from all
+        training inputs the prediction then tends to this mean; without, as in
+        `sklearn.kernel_ridge.KernelRidge`, it tends to 0, however far 0 is from any target seen.
+
+    Attributes
+    ----------
+    X_fit_ : ndarray of shape (n_samples, n_features)
+        The training inputs, in their original units.
+    dual_coef_ : ndarray of shape (n_samples,) or (n_samples, n_outputs)
+        `(K + λ I)^-1 (Y - y_mean)`, in units of the targets.
+    target_mean_ : ndarray of shape () or (n_outputs,)
+        What is added to the kernel expansion; 0 without `center_targets`.
+    input_offset_ : ndarray of shape (n_features,)
+        What is scaled to 0, in units of the inputs.
+    length_scale_ : ndarray of shape (n_features,)
+        σ in units of the inputs; infinite for an input that is ignored.
+    regularization_, center_targets_ : float, bool
+        The parameters of the fit, whatever `set_params` was given since.
+    n_features_in_ : int
+        Number of inputs.
+    feature_names_in_ : ndarray of shape (n_features_in_,)
+        Names of the inputs, if `X` had any.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> X = np.linspace(0, 2, 20).reshape(-1, 1)
+    >>> model = KernelRidge(sigma=0.5).fit(X, np.sin(X[:, 0]))
+    >>> y, dy_dX = model.predict_with_gradient([[1.0]])
+    >>> print(y.round(3), dy_dX.round(3))  # sin(1) and cos(1)
+    [0.841] [[0.54]]
+    """
+
+    def __init__(
+        self,
+        *,
+        sigma: float | ArrayLike = 0.35,
+        regularization: float = 1e-6,
+        input_bounds: tuple[ArrayLike, ArrayLike] | None = None,
+        center_targets: bool = True,
+    ) -> None:
+        self.sigma = sigma
+        self.regularization = regularization
+        self.input_bounds = input_bounds
+        self.center_targets = center_targets
+
+    def fit(self, X: ArrayLike, y: ArrayLike) -> Self:
+        """Fit to training data.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_samples, n_features)
+            Training inputs, in any units: they are scaled here.
+        y : array-like of shape (n_samples,) or (n_samples, n_outputs)
+            Training targets.
+
+        Returns
+        -------
+        KernelRidge
+            The estimator itself.
+
+        Raises
+        ------
+        ValueError
+            If a parameter, or the shape or a value of `X` or `y`, is not allowed.
+        numpy.linalg.LinAlgError
+            If `K + λ I` is singular to working precision.
+        """
+        # A copy, so that the model does not change when its caller's array does.
+        X_fit, y_fit = validate_data(
+            self, X, y, dtype=np.float64, copy=True, multi_output=True, y_numeric=True
+        )
+        y_fit = np.asarray(y_fit, dtype=np.float64)
+        sigma = checked_sigma(self.sigma, X_fit.shape[1])
+        self.regularization_ = checked_regularization(self.regularization)
+        self.input_offset_, input_range = input_scale(X_fit, self.input_bounds)
+        self.length_scale_ = input_range * sigma
+        self.center_targets_ = bool(self.center_targets)
+        self.target_mean_ = np.asarray(
+            y_fit.mean(axis=0) if self.center_targets_ else np.zeros(y_fit.shape[1:])
+        )
+        self.X_fit_: FloatArray = X_fit
+        factor = factorize(self._training_kernel(), self.regularization_)
+        self.dual_coef_: FloatArray = cho_solve(factor, y_fit - self.target_mean_)
+        return self
+
+    def predict(self, X: ArrayLike) -> FloatArray:
+        """Predict the targets.
+
+        Parameters
+        ----------
+        X : array-like of shape (n, n_features)
+            Inputs, in the units of the training inputs.
+
+        Returns
+        -------
+        ndarray of shape (n,) or (n, n_outputs)
+            Predictions, in units of the targets; 1-D if the training targets were.
+
+        Raises
+        ------
+        ValueError
+            If the shape or a value of `X` is not allowed.
+        sklearn.exceptions.NotFittedError
+            If called before `fit`.
+        """
+        K = gaussian_kernel(self._scale(self._validate(X)), self._scale(self.X_fit_))
+        prediction: FloatArray = K @ self.dual_coef_ + self.target_mean_
+        return prediction
+
+    def predict_gradient(self, X: ArrayLike) -> FloatArray:
+        """Differentiate the prediction with respect to the inputs.
+
+        Parameters
+        ----------
+        X : array-like of shape (n, n_features)
+            Inputs, in the units of the training inputs.
+
+        Returns
+        -------
+        ndarray of shape (n, n_features) or (n, n_outputs, n_features)
+            Element `[i, o, j]` is d output `o` / d input `j` at row `i`, in units of the targets per unit of
+            the original inputs; no axis of outputs if the training targets were 1-D.
+
+        Raises
+        ------
+        ValueError
+            If the shape or a value of `X` is not allowed.
+        sklearn.exceptions.NotFittedError
+            If called before `fit`.
+        """
+        return self.predict_with_gradient(X)[1]
+
+    def predict_with_gradient(self, X: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Predict the targets and differentiate them, at the price of one kernel evaluation.
+
+        Parameters
+        ----------
+        X : array-like of shape (n, n_features)
+            Inputs, in the units of the training inputs.
+
+        Returns
+        -------
+        prediction : ndarray of shape (n,) or (n, n_outputs)
+            As from `predict`.
+        gradient : ndarray of shape (n, n_features) or (n, n_outputs, n_features)
+            As from `predict_gradient`.
+
+        Raises
+        ------
+        ValueError
+            If the shape or a value of `X` is not allowed.
+        sklearn.exceptions.NotFittedError
+            If called before `fit`.
+        """
+        Z = self._scale(self._validate(X))
+        Z_fit = self._scale(self.X_fit_)
+        K = gaussian_kernel(Z, Z_fit)
+        n_samples, n_features = Z_fit.shape
+        output_shape = self.dual_coef_.shape[1:]
+
+        # d k(z, z_n) / d z = -2 (z - z_n) k(z, z_n): the sum over n needs the expansion itself and its first
+        # moment about the origin, both plain matrix products without an (n, n_samples, n_features) array.
+        dual_coef = self.dual_coef_.reshape(n_samples, -1)
+        expansion = K @ dual_coef
+        dual_moment = dual_coef[:, :, np.newaxis] * Z_fit[:, np.newaxis, :]
+        moment = (K @ dual_moment.reshape(n_samples, -1)).reshape(*expansion.shape, n_features)
+        gradient_scaled = -2.0 * (expansion[:, :, np.newaxis] * Z[:, np.newaxis, :] - moment)
+
+        prediction = expansion.reshape(len(Z), *output_shape) + self.target_mean_
+        gradient = (gradient_scaled / self.length_scale_).reshape(len(Z), *output_shape, n_features)
+        return prediction, gradient
+
+    def leave_one_out_residuals(self) -> FloatArray:
+        """Compute each training target minus its prediction by a fit to all the other rows, without refits.
+
+        The closed form `[(K + λ I)^-1 (y - b)]_i / [(K + λ I)^-1]_ii` holds for any constant offset `b`
+        (Rasmussen and Williams, Gaussian Processes for Machine Learning, Eq. 5.12). With `center_targets` it
+        is evaluated at the mean of the other rows' targets, which makes it exact there too. The scaling of
+        the inputs is that of this fit: refits agree exactly if given `input_bounds`; without, they would move
+        the scale whenever the row left out holds the smallest or largest value of an input.
+
+        Returns
+        -------
+        ndarray of shape (n_samples,) or (n_samples, n_outputs)
+            Residuals, in units of the targets.
+
+        Raises
+        ------
+        ValueError
+            If the estimator was fitted to a single row.
+        sklearn.exceptions.NotFittedError
+            If called before `fit`.
+        """
+        check_is_fitted(self)
+        n_samples = len(self.X_fit_)
+        if n_samples < 2:
+            raise ValueError(
+                f"leave-one-out with n_samples={n_samples} leaves nothing to fit to: "
+                "it needs at least 2 training rows; call fit with more of them"
+            )
+        K = self._training_kernel()
+        factor = factorize(K, self.regularization_)
+        inverse_lower = solve_triangular(factor[0], np.eye(n_samples), lower=True)
+        inverse_diagonal = np.einsum("ij,ij->j", inverse_lower, inverse_lower)
+
+        dual_coef = self.dual_coef_.reshape(n_samples, -1)
+        if self.center_targets_:
+            y_centered = K @ dual_coef + self.regularization_ * dual_coef
+            mean_minus_mean_of_others = y_centered / (n_samples - 1)
+            dual_coef = dual_coef + mean_minus_mean_of_others * cho_solve(factor, np.ones((n_samples, 1)))
+        residuals: FloatArray = (dual_coef / inverse_diagonal[:, np.newaxis]).reshape(self.dual_coef_.shape)
+        return residuals
+
+    def _validate(self, X: ArrayLike) -> FloatArray:
+        check_is_fitted(self)
+        X_valid: FloatArray = validate_data(self, X, dtype=np.float64, reset=False)
+        return X_valid
+
+    def _scale(self, X: FloatArray) -> FloatArray:
+        """Scale inputs so that the kernel has unit width."""
+        Z: FloatArray = (X - self.input_offset_) / self.length_scale_
+        return Z
+
+    def _training_kernel(self) -> FloatArray:
+        Z_fit = self._scale(self.X_fit_)
+        return gaussian_kernel(Z_fit, Z_fit)
+
+
+def gaussian_kernel(Z: FloatArray, Z_fit: FloatArray) -> FloatArray:
+    """Evaluate the Gaussian kernel of unit width (section 2.4 of the paper).
+
+    Parameters
+    ----------
+    Z, Z_fit : ndarray of shape (n, n_features), (n_samples, n_features)
+        Inputs divided by the width of the kernel.
+
+    Returns
+    -------
+    ndarray of shape (n, n_samples)
+        `exp(-||z - z'||^2)`, from differences and not from `z^2 - 2 z z' + z'^2`, which would lose the small
+        distances that a small λ depends on.
+    """
+    K: FloatArray = cdist(Z, Z_fit, "sqeuclidean")
+    np.negative(K, out=K)
+    return np.exp(K, out=K)
+
+
+def factorize(K: FloatArray, regularization: float) -> tuple[FloatArray, bool]:
+    """Factorize `K + λ I` for `scipy.linalg.cho_solve`.
+
+    Parameters
+    ----------
+    K : ndarray of shape (n_samples, n_samples)
+        Kernel matrix of the training inputs; left as it is.
+    regularization : float
+        λ >= 0.
+
+    Returns
+    -------
+    tuple of ndarray of shape (n_samples, n_samples) and bool
+        The lower Cholesky factor, with anything above its diagonal, and True for "lower".
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        If the matrix is singular to working precision; a λ well above 2.2e-16 `n_samples` prevents it.
+    """
+    n_samples = len(K)
+    A = K.copy()
+    A.flat[:: n_samples + 1] += regularization
+    advice = (
+        f"the kernel matrix of {n_samples} training rows is singular to working precision with "
+        f"regularization={regularization:g}: raise regularization (1e-10 is enough), "
+        "remove training rows whose inputs are duplicates, or lower sigma"
+    )
+    try:
+        factor, is_lower = cho_factor(A, lower=True, overwrite_a=True)
+    except np.linalg.LinAlgError as error:
+        raise np.linalg.LinAlgError(advice) from error
+    # Rounding lets some singular matrices pass, with a factor that is noise.
+    if factor.diagonal().min() ** 2 <= n_samples * np.finfo(np.float64).eps:
+        raise np.linalg.LinAlgError(advice)
+    return factor, is_lower
+
+
+def input_scale(
+    X: FloatArray, input_bounds: tuple[ArrayLike, ArrayLike] | None
+) -> tuple[FloatArray, FloatArray]:
+    """Find the offset and the range that scale inputs to the unit cube.
+
+    Parameters
+    ----------
+    X : ndarray of shape (n_samples, n_features)
+        Training inputs.
+    input_bounds : pair (lower, upper) or None
+        As for `KernelRidge`.
+
+    Returns
+    -------
+    offset, range : ndarray of shape (n_features,)
+        In units of the inputs. The range of a constant column is infinite, which scales any value to 0.
+
+    Raises
+    ------
+    ValueError
+        If the bounds are not a pair with finite lower < upper that fits the inputs.
+    """
+    if input_bounds is None:
+        lower, upper = X.min(axis=0), X.max(axis=0)
+        return lower, np.where(upper > lower, upper - lower, np.inf)
+    n_features = X.shape[1]
+    try:
+        lower, upper = (np.broadcast_to(np.asarray(b, dtype=np.float64), n_features) for b in input_bounds)
+        is_allowed = bool(np.all(np.isfinite(lower) & np.isfinite(upper) & (lower < upper)))
+    except (TypeError, ValueError):
+        is_allowed = False
+    if not is_allowed:
+        raise ValueError(
+            f"input_bounds={input_bounds!r} is not allowed: it must be None or a pair (lower, upper), each "
+            f"finite, a number or one for each of the {n_features} inputs, with lower < upper; pass for "
+            "example input_bounds=None to take the bounds from the training inputs"
+        )
+    return lower.copy(), upper - lower
+
+
+def checked_sigma(sigma: float | ArrayLike, n_features: int, *, name: str = "sigma") -> FloatArray:
+    """Return the width of the kernel for each input, or raise a ValueError that says what is allowed."""
+    try:
+        widths = np.asarray(sigma, dtype=np.float64)
+        is_allowed = widths.shape in ((), (n_features,)) and bool(np.all(np.isfinite(widths) & (widths > 0)))
+    except (TypeError, ValueError):
+        is_allowed = False
+    if not is_allowed:
+        raise ValueError(
+            f"{name}={sigma!r} is not allowed: it must be a finite number > 0, or one for each of the "
+            f"{n_features} inputs, in units of the scaled inputs; pass for example {name}=0.35"
+        )
+    return np.broadcast_to(widths, n_features)
+
+
+def checked_regularization(regularization: float) -> float:
+    """Return λ as a float, or raise a ValueError that says what is allowed."""
+    try:
+        value = float(regularization)
+    except (TypeError, ValueError):
+        value = np.nan
+    if not 0 <= value < np.inf:
+        raise ValueError(
+            f"regularization={regularization!r} is not allowed: it must be a finite number >= 0; "
+            "pass for example regularization=1e-6"
+        )
+    return value

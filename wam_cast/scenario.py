@@ -50,7 +50,7 @@ class Arm(_Part):
     """
 
     mount_height: Positive = 1.346
-    wrist_pitch: Annotated[float, Field(ge=-1.6, le=1.6)] = 0.6
+    wrist_pitch: Annotated[float, Field(ge=-1.6, le=1.6)] = -0.8
     coulomb_friction: Annotated[float, Field(ge=0, le=2)] = 0.0
 
 

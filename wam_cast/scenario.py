@@ -11,7 +11,7 @@ import hashlib
 import json
 from pathlib import Path
 from typing import Annotated, Any, Self
-from xml.etree import ElementTree
+from xml.etree import ElementTree as ET
 
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
@@ -293,10 +293,10 @@ class Scenario(_Part):
 
 def _physical_urdf() -> str:
     """Return the arm's model without what is only for the eye, in canonical form."""
-    root = ElementTree.parse(models_directory() / "wam7.urdf").getroot()
+    root = ET.parse(models_directory() / "wam7.urdf").getroot()
     for link in root.iter("link"):
         for visual in link.findall("visual"):
             link.remove(visual)
     for material in root.findall("material"):
         root.remove(material)
-    return ElementTree.canonicalize(ElementTree.tostring(root, encoding="unicode"), strip_text=True)
+    return ET.canonicalize(ET.tostring(root, encoding="unicode"), strip_text=True)

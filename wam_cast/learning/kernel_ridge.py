@@ -18,7 +18,7 @@ from sklearn.utils.validation import check_is_fitted, validate_data
 FloatArray = NDArray[np.float64]
 
 
-class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: ignore[misc]
+class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
     """Kernel ridge regression with a Gaussian kernel on scaled inputs (section 2.4 of the paper).
 
     The prediction is `m(x) = y_mean + k(x)^T (K + λ I)^-1 (Y - y_mean)` with the kernel

@@ -163,7 +163,9 @@ class CastController(LeafSystem):
         output.SetFromVector(np.concatenate([p_WE, J @ self._input.Eval(context)[N_ARM:]]))
 
     def _calc_hand_desired(self, context: Any, output: Any) -> None:
-        output.SetFromVector(np.concatenate(self._reference.Eval(context).motion.evaluate(context.get_time())))
+        output.SetFromVector(
+            np.concatenate(self._reference.Eval(context).motion.evaluate(context.get_time()))
+        )
 
     def _calc_stage(self, context: Any, output: Any) -> None:
         output.SetFromVector([self._reference.Eval(context).motion.stage(context.get_time())])

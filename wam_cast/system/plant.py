@@ -7,10 +7,11 @@ that the arm hangs and joint 1 turns by `-bearing`.
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
-from xml.etree import ElementTree
+from xml.etree import ElementTree as ET
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,7 @@ from pydrake.geometry import AddContactMaterial, Box, Cylinder, ProximityPropert
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
-from pydrake.multibody.tree import FixedOffsetFrame, SpatialInertia, UniversalJoint, UnitInertia
+from pydrake.multibody.tree import FixedOffsetFrame, SpatialInertia, UnitInertia, UniversalJoint
 
 from wam_cast.errors import InputError
 from wam_cast.scenario import Ball, Cup, Scenario, String, models_directory
@@ -42,7 +43,7 @@ def arm_model_path() -> str:
 
 def arm_coulomb_friction() -> NDArray[np.float64]:
     """Return the joints' Coulomb friction [N m], shape (7,), which Drake's parser does not read."""
-    joints = ElementTree.parse(arm_model_path()).getroot().iterfind("joint[@type='revolute']/dynamics")
+    joints = ET.parse(arm_model_path()).getroot().iterfind("joint[@type='revolute']/dynamics")
     return np.array([float(joint.attrib["friction"]) for joint in joints])
 
 
@@ -117,7 +118,9 @@ def add_cup(plant: Any, cup: Cup) -> None:
     model = plant.AddModelInstance("cup")
     # The cup stands still, so its inertia matters to nothing but the plant's checks.
     body = plant.AddRigidBody("cup", model, SpatialInertia.SolidSphereWithMass(0.1, cup.outer_radius))
-    mount = plant.AddFrame(FixedOffsetFrame("cup_mount", plant.world_frame(), RigidTransform([0, 0, cup.rim_height]), model))
+    mount = plant.AddFrame(
+        FixedOffsetFrame("cup_mount", plant.world_frame(), RigidTransform([0, 0, cup.rim_height]), model)
+    )
     plant.WeldFrames(mount, body.body_frame())
     material = contact_material(cup)
     width = 2 * cup.outer_radius * np.tan(np.pi / N_CUP_WALLS)
@@ -193,10 +196,9 @@ def starting_posture(arm_plant: Any, scenario: Scenario, bearing: float = 0.0) -
             f"would be {distance:.3f} m from the shoulder, the arm allows {abs(upper_length - fore_length):.3f} to "
             f"{upper_length + fore_length:.3f} m"
         )
-    angle_of = lambda bar: np.arctan2(bar[0], bar[1])  # noqa: E731 - from z toward x, as a turn about y counts
-    q4 = angle_of(upper) - angle_of(fore) + np.arccos(cosine)
+    q4 = _pitch(upper) - _pitch(fore) + np.arccos(cosine)
     turned_fore = np.array([[np.cos(q4), np.sin(q4)], [-np.sin(q4), np.cos(q4)]]) @ fore
-    q2 = angle_of(target) - angle_of(upper + turned_fore)
+    q2 = _pitch(target) - _pitch(upper + turned_fore)
     q = np.array([-bearing, q2, 0.0, q4, 0.0, scenario.arm.wrist_pitch, 0.0])
     lower, upper_limit = arm_plant.GetPositionLowerLimits(), arm_plant.GetPositionUpperLimits()
     for i in np.flatnonzero((q < lower) | (q > upper_limit)):
@@ -206,6 +208,11 @@ def starting_posture(arm_plant: Any, scenario: Scenario, bearing: float = 0.0) -
             f"change {what}"
         )
     return q
+
+
+def _pitch(bar: NDArray[np.float64]) -> float:
+    """Return the angle of (x, z) from z toward x, as a turn about y counts [rad]."""
+    return math.atan2(bar[0], bar[1])
 
 
 def hanging_positions(plant: Any, q_arm: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -225,7 +232,10 @@ def hanging_positions(plant: Any, q_arm: NDArray[np.float64]) -> NDArray[np.floa
 def _quiet_about_joint_friction() -> Iterator[None]:
     """Drop Drake's warning that it ignores the joints' friction: the station adds it itself."""
     logger = logging.getLogger("drake")
-    keep = lambda record: "friction" not in record.getMessage()  # noqa: E731
+
+    def keep(record: logging.LogRecord) -> bool:
+        return "friction" not in record.getMessage()
+
     logger.addFilter(keep)
     try:
         yield

@@ -99,7 +99,10 @@ class CastSimulator:
         self._ball = plant.GetBodyByName("ball")
         self._hand = plant.GetBodyByName("tool_plate")
         self._speed_limits = plant.GetVelocityUpperLimits()[:N_ARM]
-        self._lower, self._upper = plant.GetPositionLowerLimits()[:N_ARM], plant.GetPositionUpperLimits()[:N_ARM]
+        self._lower, self._upper = (
+            plant.GetPositionLowerLimits()[:N_ARM],
+            plant.GetPositionUpperLimits()[:N_ARM],
+        )
         self._torque_limits = plant.GetEffortUpperLimits()
         self.step = self._flight_step()
         ResetIntegratorFromFlags(self._flight_simulator, "runge_kutta2", self.step)
@@ -132,19 +135,18 @@ class CastSimulator:
         return period / math.ceil(period / longest - 1e-9)
 
     def simulate(self, cast: Cast, cup: tuple[float, float] | None = None) -> Outcome:
-        """Simulate `cast` up to its verdict: with a cup at world (x, y) [m] until the ball rests or has missed, else to the landing."""
-        run = self._run(cast, cup)
-        return self._judge(run)
+        """Simulate `cast`: with a cup at world (x, y) [m] until the ball rests or has missed, else to the landing."""
+        return self._judge(self._run(cast, cup))
 
     def record(self, cast: Cast, cup: tuple[float, float] | None = None) -> CastRecording:
         """Simulate `cast` as `simulate` does, then on to the end of the return, and keep all of it."""
         run = self._run(cast, cup)
         outcome = self._judge(run)
         if cup is not None and outcome.status is not Status.DIVERGED:
-            station, simulator = self._scene
-            if simulator.get_context().get_time() < run.motion.stage_ends[-1]:
-                run.in_scene or self._enter_scene(run)
-                _advance(simulator, float(run.motion.stage_ends[-1]))
+            _, simulator = self._scene
+            if not run.in_scene:
+                self._enter_scene(run)
+            simulator.AdvanceTo(float(run.motion.stage_ends[-1]))
         times, states, torques = self._logs(run)
         p_WL, v_WL, p_WE = self._kinematics(states)
         p_WE_desired = np.array([run.motion.evaluate(t)[0] for t in times])
@@ -200,7 +202,9 @@ class CastSimulator:
         source, target = self._flight_simulator.get_context(), simulator.get_mutable_context()
         station.set_start(target, run.cast, run.cup)
         target.SetTime(source.get_time())
-        target.get_mutable_continuous_state_vector().SetFromVector(source.get_continuous_state_vector().CopyToVector())
+        target.get_mutable_continuous_state_vector().SetFromVector(
+            source.get_continuous_state_vector().CopyToVector()
+        )
         held = station.hold.GetMyMutableContextFromRoot(target).get_mutable_discrete_state_vector()
         held.SetFromVector(self._flight.hold.GetMyContextFromRoot(source).get_discrete_state_vector().value())
         # A new integrator each time: `cenic` keeps what it learned about its steps, and outcomes must not depend on it.
@@ -261,7 +265,7 @@ class CastSimulator:
 
     def _judge(self, run: _Run) -> Outcome:
         if run.breakdown is not None:
-            return _diverged(run)
+            return _diverged()
         times, states, torques = self._logs(run)
         # Before the drop the ball cannot come down to the rim.
         low = times >= run.motion.stage_ends[1]
@@ -339,7 +343,7 @@ class _Run:
     breakdown: str | None = None
 
 
-def _diverged(run: _Run) -> Outcome:
+def _diverged() -> Outcome:
     nothing = np.full(7, np.nan)
     return Outcome(
         status=Status.DIVERGED,
@@ -357,10 +361,6 @@ def _diverged(run: _Run) -> Outcome:
         limits_hit=(),
         end_time=math.nan,
     )
-
-
-def _advance(simulator: Any, end: float) -> None:
-    simulator.AdvanceTo(end)
 
 
 @lru_cache(maxsize=4)

@@ -50,7 +50,7 @@ class Arm(_Part):
     """
 
     mount_height: Positive = 1.346
-    wrist_pitch: Annotated[float, Field(ge=-1.6, le=1.6)] = -0.8
+    wrist_pitch: Annotated[float, Field(ge=-1.6, le=1.6)] = -0.6
     coulomb_friction: Annotated[float, Field(ge=0, le=2)] = 0.0
 
 
@@ -158,7 +158,7 @@ class Motion(_Part):
     start_height: Positive = 0.80
     min_move_duration: Positive = 0.2
     drop_distance: Positive = 0.45
-    drop_duration: Positive = 0.40
+    drop_duration: Positive = 0.44
     hold_duration: Positive = 1.0
     lift_duration: Positive = 0.8
     retreat_duration: Positive = 1.2

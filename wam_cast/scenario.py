@@ -11,23 +11,16 @@ import hashlib
 import json
 from pathlib import Path
 from typing import Annotated, Any, Self
-from xml.etree import ElementTree as ET
 
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
+from wam_cast.arm_model import physical_urdf
 from wam_cast.errors import InputError, describe_validation
 
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
 Seven = tuple[NonNegative, NonNegative, NonNegative, NonNegative, NonNegative, NonNegative, NonNegative]
-
-
-def models_directory() -> Path:
-    """Return the folder of the robot's models: inside the package once installed, beside it in a checkout."""
-    package = Path(__file__).parent
-    installed = package / "models"
-    return installed if installed.is_dir() else package.parent / "models"
 
 
 class _Part(BaseModel):
@@ -286,17 +279,6 @@ class Scenario(_Part):
         values["simulation"].pop("contact_step")
         for name in ("hold_duration", "lift_duration", "retreat_duration"):
             values["motion"].pop(name)
-        values["arm_model"] = _physical_urdf()
+        values["arm_model"] = physical_urdf()
         text = json.dumps(values, sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
-
-
-def _physical_urdf() -> str:
-    """Return the arm's model without what is only for the eye, in canonical form."""
-    root = ET.parse(models_directory() / "wam7.urdf").getroot()
-    for link in root.iter("link"):
-        for visual in link.findall("visual"):
-            link.remove(visual)
-    for material in root.findall("material"):
-        root.remove(material)
-    return ET.canonicalize(ET.tostring(root, encoding="unicode"), strip_text=True)

@@ -247,7 +247,7 @@ class Scenario(_Part):
         try:
             return cls.model_validate(values)
         except ValidationError as error:
-            raise InputError(describe_validation(error)) from None
+            raise InputError(describe_validation(error, cls)) from None
 
     @classmethod
     def from_yaml(cls, path: str | Path) -> Self:
@@ -277,7 +277,7 @@ class Scenario(_Part):
         values = self.model_dump(mode="json")
         values["cup"] = {"rim_height": self.cup.rim_height}
         values["simulation"].pop("contact_step")
-        for name in ("hold_duration", "lift_duration", "retreat_duration"):
+        for name in ("lift_duration", "retreat_duration"):
             values["motion"].pop(name)
         values["arm_model"] = physical_urdf()
         text = json.dumps(values, sort_keys=True)

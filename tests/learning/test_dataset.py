@@ -1,3 +1,4 @@
+import contextlib
 import json
 import math
 import os
@@ -230,11 +231,29 @@ def test_an_interrupted_run_resumes_to_identical_bytes(no_physics, tmp_path):
         "part-00000.parquet",
         "part-00001.parquet",
     ]
-    (tmp_path / "resumed" / "casts" / ".part-00002.parquet.tmp").write_bytes(b"half a part")
     executor = InlineExecutor()
     generate(170, tmp_path / "resumed", executor=executor)
     assert executor.rows == list(range(100, 170))
     assert contents(tmp_path / "resumed") == contents(tmp_path / "whole")
+
+
+def test_an_interrupt_amid_the_writing_of_a_part_spoils_nothing(no_physics, tmp_path, monkeypatch):
+    def write_half(table, path):
+        path.write_bytes(b"half a part")
+        raise KeyboardInterrupt
+
+    generate(100, tmp_path)
+    expected = contents(tmp_path)
+    (tmp_path / "casts" / "part-00001.parquet").unlink()
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr(storage.pq, "write_table", write_half)
+        generate(100, tmp_path)
+    assert len(contents(tmp_path)) == 4
+    assert len(pd.read_parquet(tmp_path / "casts")) == 50
+    (tmp_path / ".manifest.json.tmp").write_bytes(b"half a manifest")
+    (tmp_path / "casts" / ".part-00000.parquet.tmp").write_bytes(b"half a part")
+    generate(100, tmp_path)
+    assert contents(tmp_path) == expected
 
 
 def test_a_spoilt_or_missing_part_is_made_again(no_physics, tmp_path):
@@ -373,6 +392,10 @@ def test_what_is_no_dataset_is_refused(tmp_path, manifest):
 
 HELPER = """
 import os
+import time
+
+def sleep(row):
+    time.sleep(row)
 
 def square(row):
     if row in (3, 11):
@@ -418,6 +441,14 @@ def test_a_cast_that_brings_down_its_process_becomes_a_diverged_row(helper, monk
     assert tuple(frame.loc[1, list(PARAMETERS)]) == (cast.distance, cast.speed, cast.wait)
     assert math.isnan(frame.loc[1, "landing_along"])
     assert not frame.loc[1, "is_slack"]
+
+
+def test_rows_at_hand_are_dropped_when_the_caller_stops(helper):
+    results = run_rows(helper.sleep, [0, 60, 60, 60], n_workers=2)
+    next(results)
+    start = time.perf_counter()
+    results.close()
+    assert time.perf_counter() - start < 5
 
 
 def test_rows_that_have_not_started_are_cancelled_when_the_caller_stops():
@@ -499,7 +530,7 @@ def test_datasets_load_without_drake(real):
     subprocess.run([sys.executable, "-c", code, real[1]], env=script_environment(), check=True, timeout=60)
 
 
-INTERRUPTED = """
+MANY_CASTS = """
 import signal, sys
 import wam_cast as wc
 
@@ -511,41 +542,59 @@ if __name__ == "__main__":
 """
 
 
-@pytest.mark.slow
-def test_ctrl_c_ends_a_run_soon_and_keeps_finished_parts(tmp_path):
-    (tmp_path / "script.py").write_text(INTERRUPTED)
-    run = subprocess.Popen(
-        [sys.executable, tmp_path / "script.py", tmp_path / "data"],
-        env=script_environment(),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
-    while int(run.stdout.readline()) < 55:
-        pass
-    os.killpg(run.pid, signal.SIGINT)  # as a terminal does: the workers get it too
+@pytest.fixture
+def start_run(tmp_path):
+    """Start a long run into `tmp_path / "data"`, in a process group of its own, and return it after so many casts."""
+    runs = []
+
+    def start(n_casts):
+        (tmp_path / "script.py").write_text(MANY_CASTS)
+        run = subprocess.Popen(
+            [sys.executable, tmp_path / "script.py", tmp_path / "data"],
+            env=script_environment(),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        )
+        runs.append(run)
+        while int(run.stdout.readline()) < n_casts:
+            pass
+        return run
+
+    yield start
+    for run in runs:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(run.pid, signal.SIGKILL)
+
+
+def interrupt(run):
+    """Press Ctrl-C as a terminal does, which the workers get too; return what the run says on standard error."""
+    os.killpg(run.pid, signal.SIGINT)
     start = time.perf_counter()
     _, errors = run.communicate(timeout=30)  # until no process holds the pipes any more
     assert time.perf_counter() - start < 5
+    return errors
+
+
+@pytest.mark.slow
+def test_ctrl_c_ends_a_run_soon_and_keeps_finished_parts(start_run, tmp_path):
+    errors = interrupt(start_run(55))
     assert errors.splitlines()[-1] == "KeyboardInterrupt"
     assert errors.count("Traceback") == 1
     assert (tmp_path / "data" / "casts" / "part-00000.parquet").exists()
     assert not list((tmp_path / "data").rglob("*.tmp"))
 
 
-@pytest.mark.slow
-def test_workers_end_with_a_parent_that_was_killed(tmp_path):
-    (tmp_path / "script.py").write_text(INTERRUPTED)
-    run = subprocess.Popen(
-        [sys.executable, tmp_path / "script.py", tmp_path / "data"],
-        env=script_environment(),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
-        start_new_session=True,
-    )
-    while int(run.stdout.readline()) < 1:
-        pass
+def test_ctrl_c_while_the_workers_start_is_left_to_their_parent(start_run):
+    run = start_run(0)
+    time.sleep(0.7)
+    errors = interrupt(run)
+    assert errors.splitlines()[-1] == "KeyboardInterrupt"
+    assert errors.count("Traceback") == 1
+
+
+def test_workers_end_with_a_parent_that_was_killed(start_run):
+    run = start_run(1)
     run.kill()
-    run.communicate(timeout=30)  # until no process holds the pipe any more
+    run.communicate(timeout=30)  # until no process holds the pipes any more

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 
+from wam_cast.arm_model import arm_coulomb_friction
 from wam_cast.cast import Cast
 from wam_cast.errors import InputError
 from wam_cast.scenario import Scenario
@@ -35,7 +36,7 @@ from wam_cast.system.outcome import (
     judge,
     to_casting_plane,
 )
-from wam_cast.system.plant import N_ARM, arm_coulomb_friction
+from wam_cast.system.plant import N_ARM
 from wam_cast.system.station import FRICTION_SPEED, CastStation
 
 Array = NDArray[np.float64]

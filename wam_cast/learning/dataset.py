@@ -139,8 +139,8 @@ def generate_dataset(
 ) -> CastDataset:
     """Simulate casts drawn at random.
 
-    The rows depend on the scenario and the seed alone, not on who computes them or in how many goes. A script must call this under
-    `if __name__ == "__main__":` unless it hands in an executor, since worker processes import it.
+    The rows depend on the scenario and the seed alone, not on who computes them or in how many goes. A script must call this
+    under `if __name__ == "__main__":` unless it hands in an executor, since worker processes import it.
 
     Parameters
     ----------
@@ -174,11 +174,8 @@ def generate_dataset(
         store.open(scenario, seed, n_casts)
         tables = store.read_parts(n_casts)
     todo = [row for rows, table in zip(parts, tables, strict=True) if table is None for row in rows]
-    simulated = _simulate_rows(scenario, seed, todo, executor, n_workers)
-    with (
-        closing(simulated),
-        closing(_counted(simulated, n_casts - len(todo), n_casts, on_progress)) as results,
-    ):
+    with closing(_simulate_rows(scenario, seed, todo, executor, n_workers)) as simulated:
+        results = _counted(simulated, n_casts - len(todo), n_casts, on_progress)
         for part, rows in enumerate(parts):
             if tables[part] is None:
                 tables[part] = table = pa.Table.from_pylist(list(islice(results, len(rows))), SCHEMA)

@@ -25,7 +25,7 @@ from wam_cast.errors import InputError, describe_validation
 from wam_cast.scenario import Scenario
 
 ROWS_PER_PART: Final = 50
-"""An interrupted run loses less than this many finished casts."""
+"""Few enough that an interrupted run loses little."""
 
 SCHEMA = pa.schema(
     [

@@ -10,6 +10,7 @@ from collections import deque
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from multiprocessing.connection import Connection
 from typing import Any, TypeVar
 
 from wam_cast.errors import InputError
@@ -107,10 +108,15 @@ def _run_alone(function: Callable[[int], T], row: int) -> T | None:
 
 
 class _WorkerPool(ProcessPoolExecutor):
-    """Spawned processes that leave Ctrl-C to their parent and end when it does."""
+    """Spawned processes that leave Ctrl-C to their parent, and end at once when it fails or dies.
+
+    Left to itself the pool would finish the rows at hand first, and a worker whose parent was killed wait for ever.
+    """
 
     def __init__(self, n_workers: int) -> None:
-        super().__init__(n_workers, multiprocessing.get_context("spawn"), initializer=_follow_parent)
+        context = multiprocessing.get_context("spawn")
+        self._far_end, self._lifeline = context.Pipe(duplex=False)
+        super().__init__(n_workers, context, initializer=_end_with, initargs=(self._far_end,))
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         # Processes start in here and inherit the mask, so that they are deaf to Ctrl-C from their first moment.
@@ -120,14 +126,19 @@ class _WorkerPool(ProcessPoolExecutor):
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, previous)
 
+    def __exit__(self, kind: type[BaseException] | None, *details: Any) -> None:
+        if kind is not None:
+            self._lifeline.close()
+        super().__exit__(kind, *details)
+        self._lifeline.close()
+        self._far_end.close()
 
-def _follow_parent() -> None:
-    """End this worker when its parent dies without a word; by itself it would wait for work for ever."""
-    parent = multiprocessing.parent_process()
-    assert parent is not None
+
+def _end_with(lifeline: Connection) -> None:
+    """End this process when the other end of `lifeline` is closed."""
 
     def wait() -> None:
-        parent.join()
+        lifeline.poll(None)
         os._exit(1)
 
     threading.Thread(target=wait, daemon=True).start()

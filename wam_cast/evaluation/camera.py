@@ -63,7 +63,11 @@ class Camera:
 
     @classmethod
     def framing(
-        cls, p_WQ: Array, R_WV: Array, size: tuple[int, int] = (480, 640), field_of_view: float = math.radians(28)
+        cls,
+        p_WQ: Array,
+        R_WV: Array,
+        size: tuple[int, int] = (480, 640),
+        field_of_view: float = math.radians(28),
     ) -> Self:
         """Return the nearest camera with axes `R_WV` that has all points `p_WQ` [m], shape (n, 3), in its picture.
 
@@ -74,7 +78,9 @@ class Camera:
         right, down, ahead = (p_WQ_V - middle).T
         slope = math.tan(field_of_view / 2)
         half_width = slope * size[0] / size[1]
-        distance = float(np.max(np.maximum(np.abs(right) / half_width, np.abs(down) / slope) * MARGIN - ahead))
+        distance = float(
+            np.max(np.maximum(np.abs(right) / half_width, np.abs(down) / slope) * MARGIN - ahead)
+        )
         return cls(R_WV @ (middle - [0, 0, distance]), R_WV, *size, field_of_view)
 
     @property

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,9 +13,8 @@ from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 from pydrake.geometry import LightParameter, MakeRenderEngineVtk, RenderEngineVtkParams
 
-from wam_cast.errors import InputError
 from wam_cast.evaluation.camera import Camera, view_rotation
-from wam_cast.evaluation.output import write_file
+from wam_cast.evaluation.output import picture_format, write_figure
 from wam_cast.evaluation.recorded import describe, finite_part, points_to_show, stage_pieces
 from wam_cast.evaluation.scene import CastScene
 from wam_cast.evaluation.side_view import draw_side_view
@@ -31,10 +29,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-SUFFIXES = (".pdf", ".png", ".svg")
-"""What `write_picture` can write."""
-
-FRAME_SIZE = (540, 720)
+FRAME_SIZE = (480, 640)
 """Width and height of a rendered frame [pixels]."""
 
 TURN, ELEVATION = math.radians(14), math.radians(9)
@@ -64,20 +59,23 @@ class Frame:
 
 
 def choose_moments(recording: CastRecording) -> list[int]:
-    """Return the samples that tell the cast: its start, mid-move, end of the wait, the ball above the cup, at rest, returned.
+    """Return the samples that tell the cast, in order.
 
-    Those that a recording does not reach are left out.
+    They are its start, late in the move, the end of the wait, just before the landing, and the ends of hold and return.
+    Those that the recording does not reach are left out.
     """
     stages, times = recording.stages, recording.times
     ends = {stage: float(times[piece.stop - 1]) for stage, piece in stage_pieces(stages)}
-    moments = [0.0, ends[Stage.MOVE] / 2, ends.get(Stage.WAIT, ends[Stage.MOVE])]
+    moments = [0.0, 0.75 * ends[Stage.MOVE], ends.get(Stage.WAIT, ends[Stage.MOVE])]
     crossing = recording.outcome.crossing_time
     moments.append(crossing - BEFORE_LANDING if math.isfinite(crossing) else ends.get(Stage.DROP, times[-1]))
     moments += [ends[stage] for stage in (Stage.HOLD, Stage.RETURN) if stage in ends]
     return sorted({int(np.argmin(np.abs(times - moment))) for moment in moments})
 
 
-def render_frames(recording: CastRecording, samples: Sequence[int], size: tuple[int, int] = FRAME_SIZE) -> list[Frame]:
+def render_frames(
+    recording: CastRecording, samples: Sequence[int], size: tuple[int, int] = FRAME_SIZE
+) -> list[Frame]:
     """Render `samples` of a recording off screen, all from one place that sees the whole cast.
 
     Parameters
@@ -130,8 +128,8 @@ def draw_frame(axes: Axes, frame: Frame, recording: CastRecording, number: int) 
             outline = [withStroke(linewidth=width + 0.8, foreground="white")]
             axes.plot(*pixels.T, color=STAGE_COLORS[stage], linewidth=width, path_effects=outline)
     # A sample at which a stage ends belongs to the next one, but shows how that stage left the world.
-    stage = stage_name(Stage(recording.stages[frame.sample - 1])) if frame.sample else "start"
-    axes.set_title(f"{number}  {stage}, {recording.times[frame.sample]:.2f} s")
+    label = stage_name(Stage(recording.stages[frame.sample - 1])) if frame.sample else "start"
+    axes.set_title(f"{number}  {label}, {recording.times[frame.sample]:.2f} s")
     axes.set_xlim(-0.5, frame.camera.width - 0.5)
     axes.set_ylim(frame.camera.height - 0.5, -0.5)
     axes.set_axis_off()
@@ -151,7 +149,8 @@ def draw_film_strip(recording: CastRecording, predicted_landing: Array | None = 
     frames = render_frames(recording, choose_moments(recording))
     figure = Figure(figsize=(15.0, 8.6), layout="constrained", facecolor="white")
     n_columns = math.ceil(len(frames) / 2)
-    left, right = figure.subfigures(1, 2, width_ratios=(n_columns, 2.1))
+    grid = figure.add_gridspec(1, 2, width_ratios=(n_columns, 2.1))
+    left, right = (figure.add_subfigure(grid[0, column]) for column in range(2))
     panels = left.subplots(2, n_columns, squeeze=False).ravel()
     for number, (axes, frame) in enumerate(zip(panels, frames, strict=False), start=1):
         draw_frame(axes, frame, recording, number)
@@ -170,9 +169,5 @@ def write_picture(recording: CastRecording, path: str | Path, predicted_landing:
     InputError
         If the suffix is another one, or the file cannot be written; then nothing is.
     """
-    suffix = Path(path).suffix.lower()
-    if suffix not in SUFFIXES:
-        raise InputError(f"picture {path}: {suffix or 'no suffix'} cannot be written; choose one of {', '.join(SUFFIXES)}")
-    content = io.BytesIO()
-    draw_film_strip(recording, predicted_landing).savefig(content, format=suffix[1:], dpi=120)
-    write_file(path, content.getvalue())
+    picture_format(path)
+    write_figure(draw_film_strip(recording, predicted_landing), path)

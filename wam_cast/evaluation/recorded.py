@@ -20,8 +20,9 @@ CEILING_RADIUS, CEILING_THICKNESS = 0.18, 0.02
 
 def finite_part(recording: CastRecording) -> CastRecording:
     """Return the recording up to its last sample before a state or the ball is no longer finite: all, unless it diverged."""
-    finite = np.isfinite(np.hstack([recording.states, recording.p_WL, recording.p_WE])).all(axis=1)
-    n = len(finite) if finite.all() else int(np.argmin(finite))
+    values = np.hstack([recording.states, recording.p_WL, recording.p_WE])
+    broken = np.flatnonzero(~np.isfinite(values).all(axis=1))
+    n = int(broken[0]) if len(broken) else len(values)
     sampled = ("times", "states", "torques", "p_WL", "v_WL", "p_WE", "p_WE_desired", "stages")
     return replace(recording, **{name: getattr(recording, name)[:n] for name in sampled})
 
@@ -30,7 +31,9 @@ def stage_pieces(stages: NDArray[np.int_]) -> list[tuple[Stage, slice]]:
     """Return the runs of equal values in `stages`, shape (n,), in order; each ends with the first sample of the next one."""
     starts = [0, *(np.flatnonzero(np.diff(stages)) + 1)]
     ends = [*(start + 1 for start in starts[1:]), len(stages)]
-    return [(Stage(stages[start]), slice(int(start), int(end))) for start, end in zip(starts, ends, strict=True)]
+    return [
+        (Stage(stages[start]), slice(int(start), int(end))) for start, end in zip(starts, ends, strict=True)
+    ]
 
 
 def points_to_show(recording: CastRecording) -> Array:

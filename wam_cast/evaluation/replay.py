@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import logging
 import math
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -27,13 +28,14 @@ FRAME_RATE = 32
 TURN, ELEVATION = math.radians(28), math.radians(8)
 """Of the page's first view: see `view_rotation`."""
 
-FIELD_OF_VIEW = math.radians(75)
-"""Of Meshcat's camera, vertically."""
+FIELD_OF_VIEW = math.radians(30)
+"""Of the page's camera, vertically."""
 
-BALL_PATH_RADIUS, HAND_PATH_RADIUS = 0.0022, 0.0016
+BALL_PATH_RADIUS, HAND_PATH_RADIUS = 0.003, 0.002
 """Of the tubes that show the paths [m]: browsers draw lines one pixel wide."""
 
-N_SIDES = 6
+N_SIDES, N_RINGS = 5, 3
+"""Of each piece of a tube."""
 
 REST_AT_END = 0.75
 """How long the last frame stays before the replay starts again [s]."""
@@ -63,7 +65,10 @@ def write_replay(recording: CastRecording, path: str | Path, predicted_landing: 
     _dress(meshcat)
     _place_camera(meshcat, recording)
     animation = _record_bodies(meshcat, recording)
-    for name, p_WQ, radius in (("ball", recording.p_WL, BALL_PATH_RADIUS), ("hand", recording.p_WE, HAND_PATH_RADIUS)):
+    for name, p_WQ, radius in (
+        ("ball", recording.p_WL, BALL_PATH_RADIUS),
+        ("hand", recording.p_WE, HAND_PATH_RADIUS),
+    ):
         _record_path(meshcat, animation, name, p_WQ, recording, radius)
     meshcat.SetAnimation(animation)
     page = _with_caption(meshcat.StaticHtml(), recording, predicted_landing)
@@ -71,14 +76,22 @@ def write_replay(recording: CastRecording, path: str | Path, predicted_landing: 
 
 
 def frame_samples(times: Array) -> NDArray[np.int_]:
-    """Return the samples of `times` [s], shape (n,), that the replay's frames show: the nearest to each frame's time."""
+    """Return the samples of `times` [s], shape (n,), that the replay's frames show: the nearest to each frame's time.
+
+    After the last one the replay rests on it for `REST_AT_END`.
+    """
     n_frames = math.ceil(float(times[-1]) * FRAME_RATE - 1e-9) + 1
     middles = (times[:-1] + times[1:]) / 2
     return np.searchsorted(middles, np.arange(n_frames) / FRAME_RATE)
 
 
+def last_frame(samples: NDArray[np.int_]) -> int:
+    """Return the number of the frame, counted from 0, at which a replay of `samples` ends, rest included."""
+    return len(samples) - 1 + round(REST_AT_END * FRAME_RATE)
+
+
 def tube(p_WQ: Array, radius: float) -> tuple[Array, NDArray[np.int32]]:
-    """Return a tube of `radius` [m] around the path p_WQ [m], shape (n, 3), open at its ends: vertices (3, m) and triangles (3, k)."""
+    """Return an open tube of `radius` [m] around the path p_WQ [m], shape (n, 3): vertices (3, m) and triangles (3, k)."""
     along = np.gradient(p_WQ, axis=0)
     along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
     # Of the world's axes the one that the path follows least cannot be parallel to it.
@@ -92,7 +105,9 @@ def tube(p_WQ: Array, radius: float) -> tuple[Array, NDArray[np.int32]]:
     )
     index = np.arange(rings.size // 3).reshape(-1, N_SIDES)
     here, there = index[:-1], index[1:]
-    quads = np.stack([here, there, np.roll(there, -1, axis=1), np.roll(here, -1, axis=1)], axis=-1).reshape(-1, 4)
+    quads = np.stack([here, there, np.roll(there, -1, axis=1), np.roll(here, -1, axis=1)], axis=-1).reshape(
+        -1, 4
+    )
     triangles = np.vstack([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
     return np.asfortranarray(rings.reshape(-1, 3).T), np.asfortranarray(triangles.T, dtype=np.int32)
 
@@ -121,6 +136,7 @@ def _place_camera(meshcat: Any, recording: CastRecording) -> None:
     camera = Camera.framing(points, R_WV, (1000, 1000), FIELD_OF_VIEW)
     ahead = R_WV[:, 2]
     depth = float(np.mean((points - camera.p_WV) @ ahead))
+    meshcat.SetCamera(Meshcat.PerspectiveCamera(fov=math.degrees(FIELD_OF_VIEW)))
     meshcat.SetCameraPose(camera.p_WV, camera.p_WV + depth * ahead)
 
 
@@ -130,7 +146,8 @@ def _record_bodies(meshcat: Any, recording: CastRecording) -> Any:
     scene.set_state(0.0, recording.states[0])
     scene.publish()
     animation = scene.visualizer.StartRecording(False)
-    for frame, sample in enumerate(frame_samples(recording.times)):
+    samples = frame_samples(recording.times)
+    for frame, sample in [*enumerate(samples), (last_frame(samples), samples[-1])]:
         scene.set_state(frame / FRAME_RATE, recording.states[sample])
         scene.publish()
     scene.visualizer.StopRecording()
@@ -144,16 +161,19 @@ def _record_path(
 ) -> None:
     """Add the path p_WQ [m], shape (n, 3), of one point to the scene, in pieces that appear with the frames that reach them."""
     samples = frame_samples(recording.times)
-    for frame, (start, end) in enumerate(zip(samples[:-1], samples[1:], strict=True), start=1):
+    for frame, (start, end) in enumerate(pairwise(samples), start=1):
         span = slice(start, end + 1)
         for stage, piece in stage_pieces(recording.stages[span]):
             points = p_WQ[span][piece]
             if len(points) < 2 or np.ptp(points, axis=0).max() < 1e-4:
                 continue
+            few = np.linspace(0, len(points) - 1, min(len(points), N_RINGS)).round().astype(int)
             path = f"/paths/{name}/{frame}_{stage_name(stage)}"
-            meshcat.SetTriangleMesh(path, *tube(points[:: max(1, (len(points) - 1) // 4)], radius), Rgba(*STAGE_COLORS[stage]))
+            meshcat.SetTriangleMesh(path, *tube(points[few], radius), Rgba(*STAGE_COLORS[stage]))
             animation.SetProperty(0, path, "visible", False)
             animation.SetProperty(frame, path, "visible", True)
+            # Each object repeats on its own, so all must end together.
+            animation.SetProperty(last_frame(samples), path, "visible", True)
 
 
 def _with_caption(page: str, recording: CastRecording, predicted_landing: Array | None) -> str:
@@ -161,7 +181,8 @@ def _with_caption(page: str, recording: CastRecording, predicted_landing: Array 
     headline, details = describe(recording, predicted_landing).split("\n")
     stages = dict.fromkeys(stage for stage, _ in stage_pieces(recording.stages))
     legend = " ".join(
-        f'<span style="color:{css_color(STAGE_COLORS[stage])}">&#9632;</span> {stage_name(stage)}' for stage in stages
+        f'<span style="color:{css_color(STAGE_COLORS[stage])}">&#9632;</span> {stage_name(stage)}'
+        for stage in stages
     )
     caption = (
         f'<div style="position:fixed; left:16px; top:12px; font:14px/1.5 sans-serif; color:{css_color(INK)}; '

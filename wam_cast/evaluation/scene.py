@@ -65,7 +65,9 @@ class CastScene:
         """Hang the arm from something that can be seen."""
         X_WCeiling = RigidTransform([0.0, 0.0, height + CEILING_THICKNESS / 2])
         patch = Cylinder(CEILING_RADIUS, CEILING_THICKNESS)
-        self.plant.RegisterVisualGeometry(self.plant.world_body(), X_WCeiling, patch, "ceiling", CEILING_COLOR)
+        self.plant.RegisterVisualGeometry(
+            self.plant.world_body(), X_WCeiling, patch, "ceiling", CEILING_COLOR
+        )
 
     def _stand_cup(self, recording: CastRecording) -> None:
         rim_height = recording.scenario.cup.rim_height

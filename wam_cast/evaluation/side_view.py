@@ -23,8 +23,11 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+DESIRED_LINE: Any = {"linewidth": 0.8, "linestyle": (0, (4, 3))}
+RIM_PLANE_LINE: Any = {"linewidth": 0.8, "linestyle": (0, (1, 3))}
 LANDING_MARK: Any = {"marker": "x", "markersize": 8, "markeredgewidth": 1.6, "linestyle": "none"}
 PREDICTION_MARK: Any = {"marker": "D", "markersize": 8, "markerfacecolor": "none", "linestyle": "none"}
+
 
 def in_casting_plane(p_WQ: Array, bearing: float) -> Array:
     """Return points p_WQ [m], shape (n, 3), as distance along the casting plane of `bearing` [rad] and height, shape (n, 2)."""
@@ -64,12 +67,12 @@ def draw_side_view(
 def _draw_surroundings(axes: Axes, recording: CastRecording) -> None:
     shape = recording.scenario.cup
     axes.axhline(0.0, color=INK, linewidth=1.2, zorder=1)
-    axes.axhline(shape.rim_height, color=INK, linewidth=0.6, linestyle=(0, (1, 3)), zorder=1)
+    axes.axhline(shape.rim_height, color=INK, zorder=1, **RIM_PLANE_LINE)
     if recording.cup is None:
         return
     along, _ = to_casting_plane(np.array(recording.cup), recording.cast.bearing)
     half = np.array(cup_profile(shape))
-    section = np.vstack([half, half[::-1] * [-1, 1]]) + [along, shape.rim_height]
+    section = np.vstack([half, half[::-1] * [-1, 1]]) + np.array([along, shape.rim_height])
     axes.add_patch(Polygon(section, facecolor=CUP_COLOR[:3], edgecolor=INK, linewidth=0.5, zorder=2))
 
 
@@ -80,17 +83,15 @@ def _draw_paths(axes: Axes, recording: CastRecording) -> None:
         axes.plot(*in_casting_plane(recording.p_WL[piece], bearing).T, color=color, linewidth=2.4, zorder=4)
         axes.plot(*in_casting_plane(recording.p_WE[piece], bearing).T, color=color, linewidth=1.3, zorder=4)
     desired = in_casting_plane(recording.p_WE_desired, bearing)
-    axes.plot(*desired.T, color=INK, linewidth=0.8, linestyle=(0, (4, 3)), zorder=5)
+    axes.plot(*desired.T, color=INK, zorder=5, **DESIRED_LINE)
 
 
 def _draw_balls(axes: Axes, recording: CastRecording, moments: Sequence[int]) -> None:
     centres = in_casting_plane(recording.p_WL[list(moments)], recording.cast.bearing)
+    radius = recording.scenario.ball.radius
     for number, centre in enumerate(centres, start=1):
-        axes.add_patch(
-            Circle(
-                tuple(centre), recording.scenario.ball.radius, facecolor=BALL_COLOR, edgecolor=INK, linewidth=0.6, zorder=6
-            )
-        )
+        ball = Circle(tuple(centre), radius, facecolor=BALL_COLOR, edgecolor=INK, linewidth=0.6, zorder=6)
+        axes.add_patch(ball)
         axes.annotate(str(number), centre, ha="center", va="center", fontsize=7, color="white", zorder=7)
 
 
@@ -106,10 +107,13 @@ def _draw_landings(axes: Axes, recording: CastRecording, predicted_landing: Arra
 
 def _legend_handles(recording: CastRecording, has_prediction: bool) -> list[Line2D]:
     stages = dict.fromkeys(stage for stage, _ in stage_pieces(recording.stages))
-    handles = [Line2D([], [], color=STAGE_COLORS[stage], linewidth=4, label=stage_name(stage)) for stage in stages]
+    handles = [
+        Line2D([], [], color=STAGE_COLORS[stage], linewidth=4, label=stage_name(stage)) for stage in stages
+    ]
     handles.append(Line2D([], [], color=INK, linewidth=2.4, label="ball"))
     handles.append(Line2D([], [], color=INK, linewidth=1.3, label="hand"))
-    handles.append(Line2D([], [], color=INK, linewidth=0.8, linestyle=(0, (4, 3)), label="hand, desired"))
+    handles.append(Line2D([], [], color=INK, label="hand, desired", **DESIRED_LINE))
+    handles.append(Line2D([], [], color=INK, label="rim plane", **RIM_PLANE_LINE))
     if np.isfinite(recording.outcome.landing_along):
         handles.append(Line2D([], [], color=INK, label="landing", **LANDING_MARK))
     if has_prediction:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -29,7 +30,7 @@ def cup_profile(cup: Cup) -> list[tuple[float, float]]:
 def cup_mesh(cup: Cup) -> Any:
     """Return the cup's surface as a Drake `Mesh` in the cup's frame C, round about its axis and sharp at its edges."""
     corners = cup_profile(cup)
-    bands = [_band(*pair, 2 * N_SIDES * i) for i, pair in enumerate(zip(corners[:-1], corners[1:], strict=True))]
+    bands = [_band(*pair, 2 * N_SIDES * i) for i, pair in enumerate(pairwise(corners))]
     obj = MemoryFile("\n".join(bands), ".obj", "cup.obj")
     return Mesh(InMemoryMesh(mesh_file=obj))
 

@@ -1,35 +1,31 @@
-"""Writing files whole or not at all."""
+"""Files that a user asked for: written whole or not at all."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import suppress
 from pathlib import Path
 
 from wam_cast.errors import InputError
 
 
-@contextmanager
-def replace_file(path: str | Path) -> Iterator[Path]:
-    """Give a temporary path beside `path` to write to, and rename it to `path` if all went well.
+def write_file(path: str | Path, content: bytes) -> None:
+    """Write `content` to `path` under a temporary name and rename it; what was there before is replaced.
 
     Raises
     ------
     InputError
-        If the file cannot be written; the temporary one is removed whatever happens.
+        If the file cannot be written; then nothing has changed.
     """
-    target = Path(path)
-    # The suffix stays, since some writers choose their format by it.
-    temporary = target.with_name(f".{target.stem}.{os.getpid()}{target.suffix}")
+    path = Path(path)
+    temporary = path.parent / f".{path.name}.{os.getpid()}.part"
     try:
-        if target.is_dir():
-            raise InputError(f"output {target} is a directory; name a file")
-        yield temporary
-        temporary.replace(target)
+        temporary.write_bytes(content)
+        temporary.replace(path)
     except OSError as error:
+        with suppress(OSError):
+            temporary.unlink()
+        reason = (error.strerror or str(error)).lower()
         raise InputError(
-            f"output {target}: cannot be written ({error.strerror or error}); name a file in a folder that is writable"
+            f"cannot write {path}: {reason}; name a file in an existing folder that you may write to"
         ) from None
-    finally:
-        temporary.unlink(missing_ok=True)

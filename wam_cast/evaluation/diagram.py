@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
+import subprocess
 from pathlib import Path
 
-import pydot
-
 from wam_cast.errors import InputError
-from wam_cast.files import replace_file
+from wam_cast.files import write_file
 from wam_cast.system.station import CastStation
 
 FORMATS = (".svg", ".png", ".pdf", ".dot")
@@ -34,14 +33,15 @@ def write_graph(station: CastStation, path: str | Path) -> None:
             f"output {path}: cannot draw {path.suffix or 'without a suffix'}; choose one of {', '.join(FORMATS)}"
         )
     text = station.graph()
-    with replace_file(path) as temporary:
-        if path.suffix == ".dot":
-            temporary.write_text(text, encoding="utf-8")
-            return
-        (drawing,) = pydot.graph_from_dot_data(text)
-        try:
-            temporary.write_bytes(drawing.create(format=path.suffix[1:]))
-        except FileNotFoundError:
-            raise InputError(
-                f"output {path}: needs the program `dot`; install Graphviz, or choose a file that ends in .dot"
-            ) from None
+    if path.suffix == ".dot":
+        write_file(path, text.encode())
+        return
+    try:
+        drawn = subprocess.run(
+            ["dot", f"-T{path.suffix[1:]}"], input=text.encode(), stdout=subprocess.PIPE, check=True
+        )
+    except FileNotFoundError:
+        raise InputError(
+            f"output {path}: needs the program `dot`; install Graphviz, or choose a file that ends in .dot"
+        ) from None
+    write_file(path, drawn.stdout)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from wam_cast.cast import PARAMETERS, cast_bounds
 from wam_cast.errors import InputError
-from wam_cast.files import replace_file
+from wam_cast.files import write_file
 from wam_cast.learning.kernel_ridge import KernelRidge
 from wam_cast.learning.tuning import tune_sigma
 from wam_cast.scenario import Scenario
@@ -161,13 +161,10 @@ class ForwardModel:
             "reach": self.reach,
             "info": asdict(self.info),
         }
-        with replace_file(path) as temporary, temporary.open("wb") as file:
-            np.savez_compressed(
-                file,
-                header=json.dumps(header),
-                known_casts=self.known_casts,
-                known_outputs=self._known_outputs,
-            )
+        content = io.BytesIO()
+        arrays = {"known_casts": self.known_casts, "known_outputs": self._known_outputs}
+        np.savez_compressed(content, header=json.dumps(header), **arrays)
+        write_file(path, content.getvalue())
 
     @classmethod
     def load(cls, path: str | Path, scenario: Scenario | None = None) -> Self:

@@ -23,6 +23,7 @@ from pydrake.multibody.tree import FixedOffsetFrame, SpatialInertia, UnitInertia
 from wam_cast.arm_model import arm_model_path
 from wam_cast.errors import InputError
 from wam_cast.scenario import Ball, Cup, Scenario, String
+from wam_cast.system.cup_mesh import cup_mesh
 
 N_ARM = 7
 """Joints of the arm: the first positions and velocities of every plant that is made here."""
@@ -30,10 +31,13 @@ N_ARM = 7
 N_CUP_WALLS = 16
 """Boxes that make up the cup's round wall for contact."""
 
-STRING_COLOR = (0.93, 0.90, 0.80, 1.0)
+STRING_COLOR = (0.28, 0.24, 0.20, 1.0)
 BALL_COLOR = (0.90, 0.33, 0.05, 1.0)
-CUP_COLOR = (0.10, 0.42, 0.60, 1.0)
+CUP_COLOR = (0.10, 0.42, 0.60, 0.25)
+"""Translucent, so that a caught ball can be seen."""
 FLOOR_COLOR = (0.80, 0.80, 0.78, 1.0)
+FLOOR_RADIUS = 1.5
+"""Of the round patch of floor that is drawn [m]; contact knows a larger one."""
 
 
 def add_arm(plant: Any, scenario: Scenario) -> Any:
@@ -68,7 +72,7 @@ def add_string(plant: Any, string: String, parent_frame: Any) -> Any:
         )
         if plant.geometry_source_is_registered():
             X_LinkGeometry = RigidTransform([0.0, 0.0, link_length / 2])
-            thread = Cylinder(0.0015, link_length)
+            thread = Cylinder(0.0020, link_length)
             plant.RegisterVisualGeometry(link, X_LinkGeometry, thread, f"string_link{i}", STRING_COLOR)
     return parent_frame
 
@@ -119,15 +123,16 @@ def add_cup(plant: Any, cup: Cup) -> None:
         p_CWall = R_CWall @ np.array([cup.inner_radius + cup.wall_thickness / 2, 0, -cup.rim_height / 2])
         X_CWall = RigidTransform(R_CWall, p_CWall)
         plant.RegisterCollisionGeometry(body, X_CWall, wall, f"cup_wall{i}", material)
-        plant.RegisterVisualGeometry(body, X_CWall, wall, f"cup_wall{i}", CUP_COLOR)
     bottom = Cylinder(cup.outer_radius, cup.bottom_thickness)
     X_CBottom = RigidTransform([0.0, 0.0, cup.bottom_thickness / 2 - cup.rim_height])
     plant.RegisterCollisionGeometry(body, X_CBottom, bottom, "cup_bottom", material)
-    plant.RegisterVisualGeometry(body, X_CBottom, bottom, "cup_bottom", CUP_COLOR)
+    plant.RegisterVisualGeometry(body, RigidTransform(), cup_mesh(cup), "cup", CUP_COLOR)
     slab = Box(6, 6, 0.2)
     X_WSlab = RigidTransform([0.0, 0.0, -0.1])
     plant.RegisterCollisionGeometry(plant.world_body(), X_WSlab, slab, "floor", material)
-    plant.RegisterVisualGeometry(plant.world_body(), X_WSlab, slab, "floor", FLOOR_COLOR)
+    patch = Cylinder(FLOOR_RADIUS, 0.02)
+    X_WPatch = RigidTransform([0.0, 0.0, -0.01])
+    plant.RegisterVisualGeometry(plant.world_body(), X_WPatch, patch, "floor", FLOOR_COLOR)
 
 
 def add_hook(plant: Any) -> Any:

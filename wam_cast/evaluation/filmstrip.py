@@ -1,0 +1,173 @@
+"""A cast as one picture: its stages rendered in a row, and the paths of ball and hand from the side."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
+from numpy.typing import NDArray
+from pydrake.geometry import LightParameter, MakeRenderEngineVtk, RenderEngineVtkParams
+
+from wam_cast.evaluation.camera import Camera, view_rotation
+from wam_cast.evaluation.output import picture_format, write_figure
+from wam_cast.evaluation.recorded import describe, finite_part, points_to_show, stage_pieces
+from wam_cast.evaluation.scene import CastScene
+from wam_cast.evaluation.side_view import draw_side_view
+from wam_cast.evaluation.style import INK, PAPER, STAGE_COLORS, stage_name
+from wam_cast.system.motion import Stage
+from wam_cast.system.simulation import CastRecording
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+FRAME_SIZE = (480, 640)
+"""Width and height of a rendered frame [pixels]."""
+
+TURN, ELEVATION = math.radians(14), math.radians(9)
+"""Of the frames' camera: see `view_rotation`."""
+
+BEFORE_LANDING = 0.02
+"""How long before the landing the drop is shown [s]."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One rendered sample of a recording.
+
+    Attributes
+    ----------
+    sample
+        Its index in the recording.
+    camera
+        What took it.
+    image
+        Red, green and blue, shape (height, width, 3), from 0 to 255.
+    """
+
+    sample: int
+    camera: Camera
+    image: NDArray[np.uint8]
+
+
+def choose_moments(recording: CastRecording) -> list[int]:
+    """Return the samples that tell the cast, in order.
+
+    They are its start, late in the move, the end of the wait, just before the landing, and the ends of hold and return.
+    Those that the recording does not reach are left out.
+    """
+    stages, times = recording.stages, recording.times
+    ends = {stage: float(times[piece.stop - 1]) for stage, piece in stage_pieces(stages)}
+    moments = [0.0, 0.75 * ends[Stage.MOVE], ends.get(Stage.WAIT, ends[Stage.MOVE])]
+    crossing = recording.outcome.crossing_time
+    moments.append(crossing - BEFORE_LANDING if math.isfinite(crossing) else ends.get(Stage.DROP, times[-1]))
+    moments += [ends[stage] for stage in (Stage.HOLD, Stage.RETURN) if stage in ends]
+    return sorted({int(np.argmin(np.abs(times - moment))) for moment in moments})
+
+
+def render_frames(
+    recording: CastRecording, samples: Sequence[int], size: tuple[int, int] = FRAME_SIZE
+) -> list[Frame]:
+    """Render `samples` of a recording off screen, all from one place that sees the whole cast.
+
+    Parameters
+    ----------
+    recording
+        What to render; its samples must be finite.
+    samples
+        Indices into it.
+    size
+        Width and height of a frame [pixels].
+    """
+    bearing = recording.cast.bearing
+    camera = Camera.framing(points_to_show(recording), view_rotation(bearing, TURN, ELEVATION), size)
+    scene = CastScene(recording, renderers={"vtk": MakeRenderEngineVtk(_studio(bearing))})
+    frames = []
+    for sample in samples:
+        scene.set_state(recording.times[sample], recording.states[sample])
+        frames.append(Frame(sample, camera, scene.render(camera.to_drake("vtk"))))
+    return frames
+
+
+def _studio(bearing: float) -> Any:
+    """Return the render engine's settings: one light that casts shadows, two that soften them, all turned with the cast."""
+    c, s = math.cos(bearing), math.sin(bearing)
+    R_WPlane = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    key = LightParameter(
+        type="spot",
+        frame="world",
+        position=R_WPlane @ [-0.3, -1.2, 3.6],
+        direction=R_WPlane @ [0.65, 1.2, -3.6],
+        cone_angle=35.0,
+        intensity=0.6,
+    )
+    fills = [
+        LightParameter(type="point", frame="world", position=R_WPlane @ p, intensity=intensity)
+        for p, intensity in (([-2.5, -3.0, 1.2], 0.55), ([2.0, -1.5, 2.6], 0.5))
+    ]
+    return RenderEngineVtkParams(
+        default_clear_color=PAPER, lights=[key, *fills], cast_shadows=True, shadow_map_size=1024
+    )
+
+
+def draw_frame(axes: Axes, frame: Frame, recording: CastRecording, number: int) -> None:
+    """Draw a frame with the paths of ball and hand so far, under its number, stage and time."""
+    axes.imshow(frame.image, interpolation="antialiased")
+    so_far = slice(0, frame.sample + 1)
+    for stage, piece in stage_pieces(recording.stages[so_far]):
+        for path, width in ((recording.p_WE, 0.9), (recording.p_WL, 1.4)):
+            pixels = frame.camera.project(path[piece])
+            outline = [withStroke(linewidth=width + 0.8, foreground="white")]
+            axes.plot(*pixels.T, color=STAGE_COLORS[stage], linewidth=width, path_effects=outline)
+    # A sample at which a stage ends belongs to the next one, but shows how that stage left the world.
+    label = stage_name(Stage(recording.stages[frame.sample - 1])) if frame.sample else "start"
+    axes.set_title(f"{number}  {label}, {recording.times[frame.sample]:.2f} s")
+    axes.set_xlim(-0.5, frame.camera.width - 0.5)
+    axes.set_ylim(frame.camera.height - 0.5, -0.5)
+    axes.set_axis_off()
+
+
+def draw_film_strip(recording: CastRecording, predicted_landing: Array | None = None) -> Figure:
+    """Draw a recorded cast: its stages rendered, and the paths of ball and hand in the casting plane.
+
+    Parameters
+    ----------
+    recording
+        What to draw.
+    predicted_landing
+        World (x, y) [m] where a forward model said that the ball would land, to be marked; or none.
+    """
+    recording = finite_part(recording)
+    frames = render_frames(recording, choose_moments(recording))
+    figure = Figure(figsize=(15.0, 8.6), layout="constrained", facecolor="white")
+    n_columns = math.ceil(len(frames) / 2)
+    grid = figure.add_gridspec(1, 2, width_ratios=(n_columns, 2.1))
+    left, right = (figure.add_subfigure(grid[0, column]) for column in range(2))
+    panels = left.subplots(2, n_columns, squeeze=False).ravel()
+    for number, (axes, frame) in enumerate(zip(panels, frames, strict=False), start=1):
+        draw_frame(axes, frame, recording, number)
+    for axes in panels[len(frames) :]:
+        axes.set_axis_off()
+    draw_side_view(right.subplots(), recording, [frame.sample for frame in frames], predicted_landing)
+    figure.suptitle(describe(recording, predicted_landing), color=INK)
+    return figure
+
+
+def write_picture(recording: CastRecording, path: str | Path, predicted_landing: Array | None = None) -> None:
+    """Write the film strip of a recorded cast to `path`, as PNG, PDF or SVG by its suffix.
+
+    Raises
+    ------
+    InputError
+        If the suffix is another one, or the file cannot be written; then nothing is.
+    """
+    picture_format(path)
+    write_figure(draw_film_strip(recording, predicted_landing), path)

@@ -1,0 +1,45 @@
+"""Pictures in the format that their file's suffix asks for."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from wam_cast.errors import InputError
+from wam_cast.files import write_file
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+PICTURE_FORMATS = ("pdf", "png", "svg")
+"""By their suffixes."""
+
+
+def picture_format(path: str | Path) -> str:
+    """Return which of `PICTURE_FORMATS` the suffix of `path` asks for.
+
+    Raises
+    ------
+    InputError
+        If it is none of them.
+    """
+    suffix = Path(path).suffix
+    if suffix[1:].lower() not in PICTURE_FORMATS:
+        allowed = ", ".join(f".{name}" for name in PICTURE_FORMATS)
+        raise InputError(f"cannot write {path}: its suffix is {suffix or 'missing'}; choose one of {allowed}")
+    return suffix[1:].lower()
+
+
+def write_figure(figure: Figure, path: str | Path) -> None:
+    """Write `figure` to `path` as PDF, PNG or SVG by its suffix; what was there before is replaced.
+
+    Raises
+    ------
+    InputError
+        If the suffix is another one, or the file cannot be written; then nothing has changed.
+    """
+    content = io.BytesIO()
+    figure.savefig(content, format=picture_format(path), dpi=120)
+    write_file(path, content.getvalue())

@@ -1,0 +1,71 @@
+"""What the pictures of a recorded cast need to know about it: its stages as pieces, and the room that it takes. No Drake."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wam_cast.evaluation.style import status_name
+from wam_cast.system.motion import Stage
+from wam_cast.system.simulation import CastRecording
+
+Array = NDArray[np.float64]
+
+CEILING_RADIUS, CEILING_THICKNESS = 0.18, 0.02
+"""Of the round patch of ceiling from which the arm hangs in pictures [m]."""
+
+
+def finite_part(recording: CastRecording) -> CastRecording:
+    """Return the recording up to its last sample before a state or the ball is no longer finite: all, unless it diverged."""
+    values = np.hstack([recording.states, recording.p_WL, recording.p_WE])
+    broken = np.flatnonzero(~np.isfinite(values).all(axis=1))
+    n = int(broken[0]) if len(broken) else len(values)
+    sampled = ("times", "states", "torques", "p_WL", "v_WL", "p_WE", "p_WE_desired", "stages")
+    return replace(recording, **{name: getattr(recording, name)[:n] for name in sampled})
+
+
+def stage_pieces(stages: NDArray[np.int_]) -> list[tuple[Stage, slice]]:
+    """Return the runs of equal values in `stages`, shape (n,), in order; each ends with the first sample of the next one."""
+    starts = [0, *(np.flatnonzero(np.diff(stages)) + 1)]
+    ends = [*(start + 1 for start in starts[1:]), len(stages)]
+    return [
+        (Stage(stages[start]), slice(int(start), int(end))) for start, end in zip(starts, ends, strict=True)
+    ]
+
+
+def points_to_show(recording: CastRecording) -> Array:
+    """Return points p_WQ [m], shape (n, 3), such that a picture with all of them in it shows the whole cast."""
+    scenario = recording.scenario
+    ceiling = scenario.arm.mount_height + CEILING_THICKNESS
+    points = [_box(np.array([0, 0, ceiling]), CEILING_RADIUS, 0.0), recording.p_WE]
+    radius = scenario.ball.radius
+    points += [recording.p_WL + offset for offset in _box(np.zeros(3), radius, radius)]
+    foot = recording.p_WL[-1] if recording.cup is None else np.array(recording.cup)
+    points.append(_box(np.array([foot[0], foot[1], 0.0]), scenario.cup.outer_radius, 0.0))
+    return np.vstack(points)
+
+
+def describe(recording: CastRecording, predicted_landing: Array | None = None) -> str:
+    """Return two lines: what became of the cast, and what was cast."""
+    cast, outcome, cup = recording.cast, recording.outcome, recording.cup
+    facts = [status_name(outcome.status)]
+    if cup is not None:
+        facts.insert(0, f"cup at ({cup[0]:.3f}, {cup[1]:.3f}) m")
+        if predicted_landing is not None:
+            facts.append(f"predicted miss {1000 * math.dist(predicted_landing, cup):.1f} mm")
+        if math.isfinite(outcome.miss):
+            facts.append(f"miss {1000 * outcome.miss:.1f} mm")
+    return (
+        f"{', '.join(facts).capitalize()}\n"
+        f"distance {cast.distance:.3f} m, speed {cast.speed:.3f} m/s, wait {cast.wait:.3f} s, "
+        f"bearing {math.degrees(cast.bearing):.1f}°"
+    )
+
+
+def _box(middle: Array, radius: float, half_height: float) -> Array:
+    """Return the corners, shape (8, 3), of an upright box."""
+    signs = np.stack(np.meshgrid([-1, 1], [-1, 1], [-1, 1]), axis=-1).reshape(-1, 3)
+    return np.asarray(middle + signs * [radius, radius, half_height])

@@ -1,0 +1,38 @@
+"""One look for all pictures of casts: a colour for each stage, dark to light so that it reads in grey, and the plain names."""
+
+from __future__ import annotations
+
+from wam_cast.system.motion import Stage
+from wam_cast.system.outcome import Status
+
+Color = tuple[float, float, float]
+
+STAGE_COLORS: dict[Stage, Color] = {
+    Stage.MOVE: (0.23, 0.06, 0.36),
+    Stage.WAIT: (0.18, 0.36, 0.58),
+    Stage.DROP: (0.05, 0.58, 0.51),
+    Stage.HOLD: (0.42, 0.76, 0.33),
+    Stage.RETURN: (0.68, 0.69, 0.71),
+}
+"""Red, green, blue of each stage, each in [0, 1]; every stage is lighter than the one before it."""
+
+INK: Color = (0.15, 0.16, 0.18)
+"""Of text and thin lines."""
+
+PAPER: Color = (0.94, 0.955, 0.97)
+"""Of the background behind a rendered scene."""
+
+
+def stage_name(stage: Stage) -> str:
+    """Return the stage's name as a reader sees it, such as `move`."""
+    return stage.name.lower()
+
+
+def status_name(status: Status) -> str:
+    """Return the status as a reader sees it, such as `rim bounce`."""
+    return status.value.replace("_", " ")
+
+
+def css_color(color: Color) -> str:
+    """Return `color` as a web page writes it, such as `#3b0f5c`."""
+    return "#" + "".join(f"{round(255 * channel):02x}" for channel in color)

@@ -16,22 +16,26 @@ MODULES = {
 }
 
 # What each layer may import besides itself, by prefix; the longest prefix of a module's name decides.
+BASE = [f"wam_cast.{name}" for name in ("version", "errors", "files", "arm_model", "scenario", "cast")]
 ALLOWED = {
     "wam_cast": ["wam_cast"],  # the lazy front door names everything
     "wam_cast.__main__": ["wam_cast"],
+    "wam_cast.version": [],
     "wam_cast.errors": [],
-    "wam_cast.scenario": ["wam_cast.errors"],
+    "wam_cast.files": ["wam_cast.errors"],
+    "wam_cast.arm_model": [],
+    "wam_cast.scenario": ["wam_cast.errors", "wam_cast.arm_model"],
     "wam_cast.cast": ["wam_cast.errors", "wam_cast.scenario"],
-    "wam_cast.system": ["wam_cast.errors", "wam_cast.scenario", "wam_cast.cast"],
-    "wam_cast.learning": ["wam_cast.errors", "wam_cast.scenario", "wam_cast.cast"],
-    "wam_cast.learning.dataset": ["wam_cast.errors", "wam_cast.scenario", "wam_cast.cast", "wam_cast.system"],
-    "wam_cast.planning": ["wam_cast.errors", "wam_cast.scenario", "wam_cast.cast"],
+    "wam_cast.system": BASE,
+    "wam_cast.learning": BASE,
+    "wam_cast.learning.dataset": [*BASE, "wam_cast.system"],
+    "wam_cast.planning": BASE,
     "wam_cast.evaluation": ["wam_cast"],
     "wam_cast.cli": ["wam_cast"],
 }
 
 # Parts of Drake that a layer may not use at all.
-NO_DRAKE = ("wam_cast.errors", "wam_cast.scenario", "wam_cast.cast", "wam_cast.learning.kernel_ridge")
+NO_DRAKE = (*BASE, "wam_cast.learning.kernel_ridge")
 NO_SIMULATION = ("wam_cast.planning", "wam_cast.learning.tuning", "wam_cast.system.outcome")
 SIMULATION = (
     "pydrake.multibody",

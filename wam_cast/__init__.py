@@ -6,8 +6,9 @@ The public names are resolved when they are first used, so that importing the pa
 from __future__ import annotations
 
 from importlib import import_module
-from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
+
+from wam_cast.version import __version__
 
 if TYPE_CHECKING:
     from wam_cast.cast import Cast as Cast
@@ -49,11 +50,6 @@ _HOME = {
 }
 
 __all__ = [*sorted(_HOME), "__version__"]
-
-try:
-    __version__ = version("wam-cast")
-except PackageNotFoundError:  # a source tree that was never installed
-    __version__ = "0+unknown"
 
 
 def __getattr__(name: str) -> Any:

@@ -92,7 +92,7 @@ def test_spline_rests_outside_of_its_times():
 @each_cast
 def test_stages_come_in_order_and_last_as_long_as_they_should(cast):
     motion = CastMotion(MOTION, cast)
-    expected = [cast.distance / cast.speed, cast.wait, 0.40, 1.0, 0.8 + 1.2]
+    expected = [cast.distance / cast.speed, cast.wait, MOTION.drop_duration, 1.0, 0.8 + 1.2]
     np.testing.assert_allclose(np.diff([0.0, *motion.stage_ends]), expected, atol=1e-12)
     times = np.linspace(0, motion.stage_ends[-1] + 0.5, 4000)
     stages = np.array([motion.stage(t) for t in times])
@@ -149,7 +149,7 @@ def test_move_is_horizontal_with_the_casts_mean_speed_and_the_drop_vertical(cast
     np.testing.assert_array_equal(velocities(motion, np.linspace(move_end, wait_end, 11)), 0)
     dropping = velocities(motion, np.linspace(wait_end, drop_end, 1001))
     np.testing.assert_array_equal(dropping[:, :2], 0)
-    assert dropping[:, 2].min() == pytest.approx(-15 / 8 * 0.45 / 0.40, rel=1e-9)
+    assert dropping[:, 2].min() == pytest.approx(-15 / 8 * 0.45 / MOTION.drop_duration, rel=1e-9)
     np.testing.assert_array_equal(velocities(motion, np.linspace(drop_end, hold_end, 11)), 0)
 
 

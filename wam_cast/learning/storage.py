@@ -20,9 +20,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from pydantic import BaseModel, ConfigDict, NonNegativeInt, PositiveInt, ValidationError
 
-from wam_cast import __version__
 from wam_cast.errors import InputError, describe_validation
 from wam_cast.scenario import Scenario
+from wam_cast.version import __version__
 
 ROWS_PER_PART: Final = 50
 """Few enough that an interrupted run loses little."""

@@ -80,3 +80,12 @@ def is_allowed(scenario: Scenario, parameters: NDArray[np.float64]) -> NDArray[n
     # The tolerance keeps a cast on the boundary allowed after a round trip through scaled coordinates.
     slow_enough = parameters[..., 0] >= parameters[..., 1] * scenario.motion.min_move_duration - 1e-12
     return np.asarray(inside & slow_enough)
+
+
+def nearest_allowed(scenario: Scenario, parameters: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return `parameters`, shape (3,), moved within the bounds, and slowed down where the move would be too short."""
+    lower, upper = cast_bounds(scenario)
+    distance, speed, wait = np.clip(parameters, lower, upper)
+    shortest = scenario.motion.min_move_duration
+    speed = max(min(speed, distance / shortest), lower[1])
+    return np.array([max(distance, speed * shortest), speed, wait])

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from pydantic import ValidationError
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
 
 
 class InputError(ValueError):
@@ -12,14 +14,33 @@ class InputError(ValueError):
     """
 
 
-def describe_validation(error: ValidationError) -> str:
-    """Return one line for the first thing that pydantic found, with the number of further ones."""
+def describe_validation(error: ValidationError, model: type[BaseModel] | None = None) -> str:
+    """Return one line for the first thing that pydantic found, with the number of further ones.
+
+    With the `model` that refused the values, a line about a wrong key lists the right ones.
+    """
     first, *others = error.errors()
-    path = ".".join(str(part) for part in first["loc"])
+    path = ".".join(str(part) for part in first["loc"]) or "the top level"
     message = first["msg"].removeprefix("Value error, ")
-    if first["type"] == "extra_forbidden":
-        message = "unknown key; remove it or correct its spelling"
-    elif path:
-        message = f"{message[0].lower()}{message[1:]}, not {first['input']!r}"
-    more = f" (and {len(others)} more)" if others else ""
-    return f"{path}: {message}{more}" if path else f"{message}{more}"
+    keys = ", ".join(_keys(model, first["loc"][:-1] if first["type"] == "extra_forbidden" else first["loc"]))
+    if first["type"] == "value_error":  # written by a validator of ours, which names the value itself
+        line = message
+    elif first["type"] == "extra_forbidden":
+        line = (
+            f"{path}: unknown key; {f'allowed here: {keys}' if keys else 'remove it or correct its spelling'}"
+        )
+    elif first["type"] == "missing":
+        line = f"{path}: a value is missing, found {first['input']!r}"
+    elif first["type"] == "model_type" and keys:
+        line = f"{path}: must map some of these keys to values: {keys}; not {first['input']!r}"
+    else:
+        line = f"{path}: {message[0].lower()}{message[1:]}, not {first['input']!r}"
+    return f"{line} (and {len(others)} more)" if others else line
+
+
+def _keys(model: Any, location: tuple[int | str, ...]) -> list[str]:
+    """Return the keys of the group of values at `location` within `model`, none if there is no such group."""
+    for part in location:
+        field = getattr(model, "model_fields", {}).get(part)
+        model = None if field is None else field.annotation
+    return list(getattr(model, "model_fields", {}))

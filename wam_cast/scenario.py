@@ -11,23 +11,16 @@ import hashlib
 import json
 from pathlib import Path
 from typing import Annotated, Any, Self
-from xml.etree import ElementTree as ET
 
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
+from wam_cast.arm_model import physical_urdf
 from wam_cast.errors import InputError, describe_validation
 
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
 Seven = tuple[NonNegative, NonNegative, NonNegative, NonNegative, NonNegative, NonNegative, NonNegative]
-
-
-def models_directory() -> Path:
-    """Return the folder of the robot's models: inside the package once installed, beside it in a checkout."""
-    package = Path(__file__).parent
-    installed = package / "models"
-    return installed if installed.is_dir() else package.parent / "models"
 
 
 class _Part(BaseModel):
@@ -50,7 +43,7 @@ class Arm(_Part):
     """
 
     mount_height: Positive = 1.346
-    wrist_pitch: Annotated[float, Field(ge=-1.6, le=1.6)] = -0.8
+    wrist_pitch: Annotated[float, Field(ge=-1.6, le=1.6)] = -0.6
     coulomb_friction: Annotated[float, Field(ge=0, le=2)] = 0.0
 
 
@@ -158,7 +151,7 @@ class Motion(_Part):
     start_height: Positive = 0.80
     min_move_duration: Positive = 0.2
     drop_distance: Positive = 0.45
-    drop_duration: Positive = 0.40
+    drop_duration: Positive = 0.44
     hold_duration: Positive = 1.0
     lift_duration: Positive = 0.8
     retreat_duration: Positive = 1.2
@@ -254,7 +247,7 @@ class Scenario(_Part):
         try:
             return cls.model_validate(values)
         except ValidationError as error:
-            raise InputError(describe_validation(error)) from None
+            raise InputError(describe_validation(error, cls)) from None
 
     @classmethod
     def from_yaml(cls, path: str | Path) -> Self:
@@ -284,19 +277,8 @@ class Scenario(_Part):
         values = self.model_dump(mode="json")
         values["cup"] = {"rim_height": self.cup.rim_height}
         values["simulation"].pop("contact_step")
-        for name in ("hold_duration", "lift_duration", "retreat_duration"):
+        for name in ("lift_duration", "retreat_duration"):
             values["motion"].pop(name)
-        values["arm_model"] = _physical_urdf()
+        values["arm_model"] = physical_urdf()
         text = json.dumps(values, sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
-
-
-def _physical_urdf() -> str:
-    """Return the arm's model without what is only for the eye, in canonical form."""
-    root = ET.parse(models_directory() / "wam7.urdf").getroot()
-    for link in root.iter("link"):
-        for visual in link.findall("visual"):
-            link.remove(visual)
-    for material in root.findall("material"):
-        root.remove(material)
-    return ET.canonicalize(ET.tostring(root, encoding="unicode"), strip_text=True)

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from pydrake.geometry import Meshcat, MeshcatAnimation, MeshcatParams, Rgba
 
 from wam_cast.evaluation.camera import Camera, view_rotation
-from wam_cast.evaluation.output import write_file
 from wam_cast.evaluation.recorded import describe, finite_part, points_to_show, stage_pieces
 from wam_cast.evaluation.scene import CastScene
 from wam_cast.evaluation.style import INK, PAPER, STAGE_COLORS, css_color, stage_name
+from wam_cast.files import write_file
 from wam_cast.system.simulation import CastRecording
 
 Array = NDArray[np.float64]
@@ -61,6 +61,13 @@ def write_replay(recording: CastRecording, path: str | Path, predicted_landing: 
         If the file cannot be written; then nothing is.
     """
     recording = finite_part(recording)
+    page = _with_caption(open_replay(recording).StaticHtml(), recording, predicted_landing)
+    write_file(path, page.encode())
+
+
+def open_replay(recording: CastRecording) -> Any:
+    """Return a Meshcat whose page, at its `web_url()`, replays a recorded cast for as long as it is kept."""
+    recording = finite_part(recording)
     meshcat = _quiet_meshcat()
     _dress(meshcat)
     _place_camera(meshcat, recording)
@@ -71,8 +78,7 @@ def write_replay(recording: CastRecording, path: str | Path, predicted_landing: 
     ):
         _record_path(meshcat, animation, name, p_WQ, recording, radius)
     meshcat.SetAnimation(animation)
-    page = _with_caption(meshcat.StaticHtml(), recording, predicted_landing)
-    write_file(path, page.encode())
+    return meshcat
 
 
 def frame_samples(times: Array) -> NDArray[np.int_]:

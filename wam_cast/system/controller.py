@@ -31,13 +31,12 @@ class _Reference:
 class _ArmContext:
     """Holds a context of the arm's plant; a plain object, since Drake's values cannot hold a Context from Python."""
 
-    def __init__(self, plant: Any) -> None:
-        self.plant = plant
-        self.context = plant.CreateDefaultContext()
+    def __init__(self, context: Any) -> None:
+        self.context = context
 
     def __deepcopy__(self, memo: Any) -> _ArmContext:
-        # A cloned diagram context must not share the arm's context with the one that it came from.
-        return _ArmContext(self.plant)
+        # A cloned diagram context counts as up to date: it needs the same arm state, but not the same arm context.
+        return _ArmContext(self.context.Clone())
 
 
 def saturate(torque: NDArray[np.float64], limits: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -99,14 +98,16 @@ class CastController(LeafSystem):
         self._reference = self.DeclareCacheEntry(
             description="reference",
             value_producer=ValueProducer(
-                allocate=lambda: AbstractValue.Make(None), calc=self._calc_reference
+                allocate=lambda: AbstractValue.Make(object()),  # Drake 1.58 refuses None
+                calc=self._calc_reference,
             ),
             prerequisites_of_calc={cast_ticket},
         )
         self._arm = self.DeclareCacheEntry(
             description="arm context",
             value_producer=ValueProducer(
-                allocate=lambda: AbstractValue.Make(_ArmContext(self._plant)), calc=self._calc_arm
+                allocate=lambda: AbstractValue.Make(_ArmContext(self._plant.CreateDefaultContext())),
+                calc=self._calc_arm,
             ),
             prerequisites_of_calc={state_ticket},
         )

@@ -15,8 +15,11 @@ from wam_cast.scenario import Cup
 
 Array = NDArray[np.float64]
 
-REST_SPEED = 0.15
-"""A ball that the cup carries and that is slower than this [m/s] rests: it could rise by 1.1 mm at most."""
+REST_RISE = 0.002
+"""A ball in the cup rests once its energy could lift it no higher above the bottom than this [m]."""
+
+GRAVITY = 9.81
+"""Drake's default [m/s^2]."""
 
 SLACK_MARGIN = 0.005
 """The string is slack when hand and ball are closer than its length by more than this share of it."""
@@ -158,6 +161,12 @@ def is_inside(p_CL: Array, cup: Cup) -> NDArray[np.bool_]:
     return np.asarray((p_CL[..., 2] < 0) & (radial < cup.inner_radius))
 
 
+def possible_rise(p_CL: Array, speed: float, cup: Cup, ball_radius: float) -> float:
+    """Return how far above its resting place on the cup's bottom [m] a free ball at `p_CL`, shape (3,), would rise."""
+    height = p_CL[2] + cup.rim_height - cup.bottom_thickness - ball_radius
+    return float(height + speed**2 / (2 * GRAVITY))
+
+
 def touches_rim(p_CL: Array, cup: Cup, ball_radius: float, tolerance: float = 5e-4) -> NDArray[np.bool_]:
     """Return where a ball at `p_CL`, shape (..., 3), touches the rim: the flat ring on top of the wall."""
     radial = np.hypot(p_CL[..., 0], p_CL[..., 1])
@@ -169,7 +178,7 @@ def touches_rim(p_CL: Array, cup: Cup, ball_radius: float, tolerance: float = 5e
 def judge(p_CL: Array, is_at_rest: bool, is_carried: bool, cup: Cup, ball_radius: float) -> Status:
     """Return what became of a ball whose path about the cup was `p_CL`, shape (n, 3), x along the casting plane, y to its left.
 
-    `is_at_rest` and `is_carried` (in contact with the cup) describe the end of the path.
+    `is_at_rest` and `is_carried` (the cup was touched since it came to rest) describe the end of the path.
     """
     inside = is_inside(p_CL, cup)
     last = p_CL[-1]

@@ -11,7 +11,6 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
-from xml.etree import ElementTree as ET
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +20,9 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import FixedOffsetFrame, SpatialInertia, UnitInertia, UniversalJoint
 
+from wam_cast.arm_model import arm_model_path
 from wam_cast.errors import InputError
-from wam_cast.scenario import Ball, Cup, Scenario, String, models_directory
+from wam_cast.scenario import Ball, Cup, Scenario, String
 from wam_cast.system.cup_mesh import cup_mesh
 
 N_ARM = 7
@@ -38,17 +38,6 @@ CUP_COLOR = (0.10, 0.42, 0.60, 0.25)
 FLOOR_COLOR = (0.80, 0.80, 0.78, 1.0)
 FLOOR_RADIUS = 1.5
 """Of the round patch of floor that is drawn [m]; contact knows a larger one."""
-
-
-def arm_model_path() -> str:
-    """Return the path of the arm's URDF."""
-    return str(models_directory() / "wam7.urdf")
-
-
-def arm_coulomb_friction() -> NDArray[np.float64]:
-    """Return the joints' Coulomb friction [N m], shape (7,), which Drake's parser does not read."""
-    joints = ET.parse(arm_model_path()).getroot().iterfind("joint[@type='revolute']/dynamics")
-    return np.array([float(joint.attrib["friction"]) for joint in joints])
 
 
 def add_arm(plant: Any, scenario: Scenario) -> Any:

@@ -17,13 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 
+from wam_cast.arm_model import arm_coulomb_friction
 from wam_cast.cast import Cast
 from wam_cast.errors import InputError
 from wam_cast.scenario import Scenario
 from wam_cast.system.controller import motor_load
 from wam_cast.system.motion import CastMotion
 from wam_cast.system.outcome import (
-    REST_SPEED,
+    REST_RISE,
     SLACK_MARGIN,
     BallTrack,
     Crossing,
@@ -33,9 +34,10 @@ from wam_cast.system.outcome import (
     find_crossing,
     is_inside,
     judge,
+    possible_rise,
     to_casting_plane,
 )
-from wam_cast.system.plant import N_ARM, arm_coulomb_friction
+from wam_cast.system.plant import N_ARM
 from wam_cast.system.station import FRICTION_SPEED, CastStation
 
 Array = NDArray[np.float64]
@@ -44,10 +46,13 @@ LOOK_PERIODS = 10
 """Control periods between two looks at the flying ball from Python."""
 
 CONTACT_LOOK_PERIODS = 3
-"""The same near the cup; longer than a bounce, so that a ball at a bounce's turning point does not pass for one at rest."""
+"""The same near the cup; longer than an impact, so that a ball at an impact's turning point does not pass for one at rest."""
 
 MAX_SPEED = 100.0
 """A ball that is faster [m/s] belongs to a simulation that broke down."""
+
+MAX_STATE = 1e3
+"""So does a joint's angle [rad] or speed [rad/s] beyond this."""
 
 
 @dataclass(frozen=True)
@@ -163,8 +168,16 @@ class CastSimulator:
                 self._settle(run)
         except (RuntimeError, SystemExit) as error:
             # Drake reports a state that is no longer finite by one or the other, depending on who notices first.
+            if not self._is_broken(run):
+                raise
             run.breakdown = str(error)
         return run
+
+    def _is_broken(self, run: _Run) -> bool:
+        """Return whether the state left all bounds, as it does when an integration becomes unstable."""
+        simulator = self._scene[1] if run.in_scene else self._flight_simulator
+        state = simulator.get_context().get_continuous_state_vector().CopyToVector()
+        return not np.all(np.abs(state) < MAX_STATE)
 
     def _fly(self, run: _Run) -> None:
         """Advance until the ball has crossed the rim plane, or can touch something, or the hold is over."""
@@ -173,9 +186,10 @@ class CastSimulator:
         self._flight.set_start(context, run.cast)
         simulator.Initialize()
         plant_context = self._flight.plant.GetMyContextFromRoot(context)
-        look = LOOK_PERIODS * self.scenario.controller.period
-        for n in range(1, math.ceil(run.motion.stage_ends[3] / look) + 1):
-            simulator.AdvanceTo(n * look)
+        period, n_look, n = self.scenario.controller.period, LOOK_PERIODS, 0
+        while n * period < run.motion.stage_ends[3]:
+            n += n_look
+            simulator.AdvanceTo(n * period)
             p_WL = self._ball.EvalPoseInWorld(plant_context).translation()
             v_WL = self._ball.EvalSpatialVelocityInWorld(plant_context).translational()
             speed = float(np.linalg.norm(v_WL))
@@ -184,9 +198,12 @@ class CastSimulator:
             if run.cup is None:
                 if p_WL[2] <= self.scenario.cup.rim_height:
                     return
-            elif self._gap(p_WL, run.cup) < speed * look + 0.004:
+                continue
+            gap, per_period = self._gap(p_WL, run.cup), speed * period + 2e-4
+            if gap < CONTACT_LOOK_PERIODS * per_period:
                 self._enter_scene(run)
                 return
+            n_look = LOOK_PERIODS if gap > 2 * LOOK_PERIODS * per_period else CONTACT_LOOK_PERIODS
 
     def _gap(self, p_WL: Array, cup: tuple[float, float]) -> float:
         """Return the distance [m] between the ball's surface and the floor or a solid cylinder as large as the cup."""
@@ -216,21 +233,27 @@ class CastSimulator:
     def _settle(self, run: _Run) -> None:
         """Advance until the ball rests in the cup, lies outside of it, or the hold is over."""
         _, simulator = self._scene
-        look = CONTACT_LOOK_PERIODS * self.scenario.controller.period
-        first = math.floor(simulator.get_context().get_time() / look)
-        was_at_rest = False
-        for n in range(first + 1, math.ceil(run.motion.stage_ends[3] / look) + 1):
-            simulator.AdvanceTo(n * look)
-            p_CL, speed, run.is_carried = self._ball_in_scene(run)
-            inside = is_inside(p_CL, self.scenario.cup)
-            run.is_at_rest = bool(inside and run.is_carried and speed < REST_SPEED and was_at_rest)
-            was_at_rest = bool(inside and run.is_carried and speed < REST_SPEED)
+        period = self.scenario.controller.period
+        n = round(simulator.get_context().get_time() / period)
+        n_low = 0
+        while n * period < run.motion.stage_ends[3]:
+            n += CONTACT_LOOK_PERIODS
+            simulator.AdvanceTo(n * period)
+            p_CL, speed, touches_cup = self._ball_in_scene(run)
+            inside = bool(is_inside(p_CL, self.scenario.cup))
+            is_low = (
+                inside
+                and possible_rise(p_CL, speed, self.scenario.cup, self.scenario.ball.radius) < REST_RISE
+            )
+            n_low = n_low + 1 if is_low else 0
+            run.is_carried = touches_cup or (run.is_carried and is_low)
+            run.is_at_rest = n_low > 1
             on_floor = p_CL[2] + self.scenario.cup.rim_height < 1.1 * self.scenario.ball.radius
-            if run.is_at_rest or (on_floor and not inside):
+            if (run.is_at_rest and run.is_carried) or (on_floor and not inside):
                 return
 
     def _ball_in_scene(self, run: _Run) -> tuple[Array, float, bool]:
-        """Return p_CL, the ball's speed, and whether the cup carries it now."""
+        """Return p_CL, the ball's speed, and whether it touches the cup."""
         station, simulator = self._scene
         context = station.plant.GetMyContextFromRoot(simulator.get_context())
         ball, cup = station.plant.GetBodyByName("ball"), station.plant.GetBodyByName("cup")
@@ -241,8 +264,8 @@ class CastSimulator:
             raise RuntimeError(f"the ball's speed is {speed} m/s")
         contacts = station.plant.get_contact_results_output_port().Eval(context)
         pairs = (contacts.point_pair_contact_info(i) for i in range(contacts.num_point_pair_contacts()))
-        is_carried = any(cup.index() in (pair.bodyA_index(), pair.bodyB_index()) for pair in pairs)
-        return p_CL, speed, is_carried
+        touches_cup = any(cup.index() in (pair.bodyA_index(), pair.bodyB_index()) for pair in pairs)
+        return p_CL, speed, touches_cup
 
     def _logs(self, run: _Run) -> tuple[Array, Array, Array]:
         logs = self._flight.logged(self._flight_simulator.get_context())

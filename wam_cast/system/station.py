@@ -11,12 +11,12 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import BasicVector, DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import Adder, LogVectorOutput, MatrixGain, Saturation, ZeroOrderHold
 
+from wam_cast.arm_model import arm_coulomb_friction
 from wam_cast.cast import Cast
 from wam_cast.scenario import Scenario
 from wam_cast.system.controller import CastController
 from wam_cast.system.plant import (
     N_ARM,
-    arm_coulomb_friction,
     fill_plant,
     hanging_positions,
     make_arm_plant,

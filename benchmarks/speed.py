@@ -1,0 +1,114 @@
+"""How fast casts are simulated on one core, what a cup costs, and where the time goes.
+
+Ratios are taken within one run; the absolute figures are of the machine that runs it.
+
+    python benchmarks/speed.py [--casts 60] [--seed 1]
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import time
+from collections.abc import Callable
+
+# One core: the numerical libraries' threads must not help. It counts only before they are loaded.
+os.environ.update(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1")
+
+from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
+from rich.console import Console
+from rich.table import Table
+
+from wam_cast.cast import Cast
+from wam_cast.learning.sampling import sample_cast
+from wam_cast.scenario import Cup, Scenario
+from wam_cast.system.controller import CastController
+from wam_cast.system.simulation import CastSimulator
+from wam_cast.system.station import CastStation
+
+console = Console()
+
+
+def mean_seconds(run: Callable[[int], object], n: int) -> float:
+    """Return the mean processor time of `run(0)` to `run(n - 1)` [s], after a first one that warms up."""
+    run(0)
+    start = time.process_time()
+    for i in range(n):
+        run(i)
+    return (time.process_time() - start) / n
+
+
+def controller_seconds(scenario: Scenario, casts: list[Cast]) -> float:
+    """Return the mean time a cast spends in the controller [s]."""
+    original, spent = CastController._calc_actuation, 0.0
+
+    def timed(self: CastController, *arguments: object) -> None:
+        nonlocal spent
+        start = time.process_time()
+        original(self, *arguments)
+        spent += time.process_time() - start
+
+    CastController._calc_actuation = timed
+    simulator = CastSimulator(scenario)
+    for cast in casts:
+        simulator.simulate(cast)
+    CastController._calc_actuation = original
+    return spent / len(casts)
+
+
+def plant_seconds(scenario: Scenario, step: float, flight_time: float) -> float:
+    """Return the time that a flight's integration takes [s]: the difference that halving its step makes."""
+    cast = Cast(0.3, 0.6, 0.1)
+    station = CastStation(scenario, has_scene=False)
+    seconds = []
+    for h in (step, step / 2):
+        simulator = Simulator(station.diagram)
+        ResetIntegratorFromFlags(simulator, "runge_kutta2", h)
+
+        def run(_: int, simulator: Simulator = simulator) -> None:
+            station.set_start(simulator.get_mutable_context(), cast)
+            simulator.Initialize()
+            simulator.AdvanceTo(0.7)
+
+        seconds.append(mean_seconds(run, 10))
+    return (seconds[1] - seconds[0]) * flight_time / 0.7
+
+
+def main() -> None:
+    arguments = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    arguments.add_argument("--casts", type=int, default=60)
+    arguments.add_argument("--seed", type=int, default=1)
+    options = arguments.parse_args()
+    scenario = Scenario()
+    casts = [sample_cast(scenario, options.seed, row) for row in range(options.casts)]
+    simulator = CastSimulator(scenario)
+    outcomes = [simulator.simulate(cast) for cast in casts]
+    cups = [(float(outcome.landing[0]), float(outcome.landing[1])) for outcome in outcomes]
+    flight_time = sum(outcome.end_time for outcome in outcomes) / len(outcomes)
+
+    table = Table(
+        title=f"{len(casts)} random casts (seed {options.seed}), {flight_time:.2f} s each, one core"
+    )
+    for heading in ("cast", "ms a cast", "casts a second", "of a free cast"):
+        table.add_column(heading, justify="left" if heading == "cast" else "right")
+    free = mean_seconds(lambda i: simulator.simulate(casts[i]), len(casts))
+    table.add_row("free, up to the landing", f"{1e3 * free:.1f}", f"{1 / free:.1f}", "1.00")
+    for name, dissipation in (("nearly inelastic", 2.0), ("lively", 0.1)):
+        with_cup = CastSimulator(Scenario(cup=Cup(dissipation=dissipation)))
+        seconds = mean_seconds(lambda i: with_cup.simulate(casts[i], cups[i]), len(casts))  # noqa: B023 - used at once
+        row = f"{1e3 * seconds:.1f}", f"{1 / seconds:.1f}", f"{seconds / free:.2f}"
+        table.add_row(f"into a {name} cup, until the ball rests", *row)
+    console.print(table)
+
+    controller = controller_seconds(scenario, casts)
+    plant = plant_seconds(scenario, simulator.step, flight_time)
+    shares = {"plant": plant, "controller": controller, "the rest": free - plant - controller}
+    console.print(
+        "of a free cast: " + ", ".join(f"{name} {seconds / free:.0%}" for name, seconds in shares.items())
+    )
+
+
+if __name__ == "__main__":
+    main()

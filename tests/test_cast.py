@@ -1,0 +1,78 @@
+"""The decision vector: what it accepts, its array, and the casts that a scenario allows."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from wam_cast.cast import Cast, cast_bounds, is_allowed
+from wam_cast.errors import InputError
+from wam_cast.scenario import Scenario
+
+
+def test_array_round_trip_keeps_the_cast_and_its_order():
+    cast = Cast(distance=0.3, speed=0.6, wait=0.1, bearing=-0.4)
+    np.testing.assert_array_equal(cast.to_array(), [0.3, 0.6, 0.1])
+    assert Cast.from_array(cast.to_array(), cast.bearing) == cast
+    assert Cast.from_array(cast.to_array()).bearing == 0.0
+
+
+def test_array_is_the_callers_own():
+    cast = Cast(0.3, 0.6, 0.1)
+    cast.to_array()[0] = 9.0
+    assert cast.distance == 0.3
+
+
+def test_speed_is_the_mean_of_the_move():
+    assert Cast(0.3, 0.6, 0.1).move_duration == pytest.approx(0.5)
+
+
+def test_cast_is_frozen_and_hashable():
+    cast = Cast(0.3, 0.6, 0.1)
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        cast.speed = 1.0
+    assert len({cast, Cast(0.3, 0.6, 0.1), Cast(0.3, 0.6, 0.2)}) == 2
+
+
+@pytest.mark.parametrize("name", ["distance", "speed", "wait", "bearing"])
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), -float("inf")])
+def test_values_that_are_not_finite_are_refused_by_name(name, value):
+    with pytest.raises(InputError, match=f"{name} = .*finite"):
+        Cast(**{"distance": 0.3, "speed": 0.6, "wait": 0.1, "bearing": 0.0, name: value})
+
+
+@pytest.mark.parametrize(("name", "value"), [("distance", 0.0), ("speed", -0.1), ("wait", -1e-9)])
+def test_values_out_of_range_are_refused_in_one_line(name, value):
+    with pytest.raises(InputError) as caught:
+        Cast(**{"distance": 0.3, "speed": 0.6, "wait": 0.1, name: value})
+    assert f"{name} = {value:g}" in str(caught.value)
+    assert "positive" in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_no_wait_is_allowed():
+    assert Cast(0.3, 0.6, 0.0).wait == 0.0
+
+
+def test_bounds_come_in_the_order_of_the_array():
+    lower, upper = cast_bounds(Scenario.from_dict({"bounds": {"wait": [0.1, 0.2]}}))
+    np.testing.assert_array_equal(lower, [0.05, 0.21, 0.1])
+    np.testing.assert_array_equal(upper, [0.40, 0.85, 0.2])
+
+
+def test_allowed_casts_keep_the_bounds_and_the_shortest_move():
+    parameters = np.array(
+        [
+            [0.30, 0.60, 0.10],
+            [0.40, 0.85, 0.50],  # a corner of the bounds
+            [0.41, 0.60, 0.10],  # too long
+            [0.30, 0.20, 0.10],  # too slow
+            [0.30, 0.60, 0.51],  # waits too long
+            [0.10, 0.50, 0.10],  # lasts the shortest duration exactly
+            [0.10, 0.51, 0.10],  # lasts less
+        ]
+    )
+    expected = [True, True, False, False, False, True, False]
+    np.testing.assert_array_equal(is_allowed(Scenario(), parameters), expected)
+    np.testing.assert_array_equal(is_allowed(Scenario(), parameters.reshape(7, 1, 3))[:, 0], expected)
+    assert is_allowed(Scenario(), parameters[0])

@@ -1,0 +1,260 @@
+"""Datasets of simulated casts: generated in parallel, stored, loaded and split."""
+
+from __future__ import annotations
+
+import math
+import operator
+import threading
+from collections.abc import Callable, Generator, Iterable
+from concurrent.futures import Executor
+from contextlib import closing
+from dataclasses import dataclass
+from functools import partial
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+from numpy.typing import NDArray
+
+from wam_cast.cast import Cast
+from wam_cast.errors import InputError
+from wam_cast.learning.sampling import sample_cast
+from wam_cast.learning.storage import SCHEMA, DatasetDirectory, part_rows
+from wam_cast.learning.workers import run_rows
+from wam_cast.scenario import Scenario
+from wam_cast.system.outcome import Status
+
+Row = dict[str, Any]
+
+SPLIT = (1300, 300, 100)
+"""Proportions of training, validation and test rows: the paper's numbers of casts."""
+
+MIN_SPLIT_CASTS = 34
+"""Fewest rows that are split: 26 to train with, 6 to validate and 2 to test."""
+
+_one_at_a_time = threading.Lock()
+
+
+@dataclass(frozen=True, eq=False)
+class CastDataset:
+    """Casts that were drawn at random, and what became of them.
+
+    Attributes
+    ----------
+    scenario
+        Under which they were simulated, without a cup.
+    seed
+        Row i of a seed is the same cast for ever.
+    frame
+        A row a cast, in order:
+
+        - `cast`: the row's number
+        - `distance` [m], `speed` [m/s], `wait` [s]: the cast; its bearing is 0
+        - `landing_along`, `landing_across` [m]: where the ball crossed the rim plane
+        - `status`: a value of `Status`, such as "landed"
+        - `crossing_time` [s], `entry_speed` [m/s], `entry_angle` [rad], `is_slack`: how it crossed
+        - `peak_load`, `peak_speed`: the largest over the joints, as shares of their limits
+        - `peak_tracking_error` [m]: of the hand
+
+        Casts that failed are rows too: what they have no value for is nan.
+    """
+
+    scenario: Scenario
+    seed: int
+    frame: pd.DataFrame
+
+    def __len__(self) -> int:
+        return len(self.frame)
+
+    @classmethod
+    def load(cls, directory: str | Path, scenario: Scenario | None = None) -> CastDataset:
+        """Read the dataset in `directory`.
+
+        Parameters
+        ----------
+        directory
+            What `generate_dataset` wrote.
+        scenario
+            The scenario that the casts are wanted for; by default the one stored with them.
+
+        Raises
+        ------
+        InputError
+            If this is no dataset or an unfinished one, or its casts are of another scenario: the arm's model counts too.
+        """
+        store = DatasetDirectory(directory)
+        manifest = store.read_manifest()
+        remedy = "generate a dataset for this scenario"
+        if scenario is None:
+            scenario = store.read_scenario()
+            remedy = "its scenario.yaml or the arm's model changed since; restore it, or generate the dataset again"
+        if scenario.fingerprint != manifest.fingerprint:
+            raise InputError(
+                f"dataset {directory}: its casts are of the scenario {manifest.fingerprint}, not of "
+                f"{scenario.fingerprint}; {remedy}"
+            )
+        tables = store.read_parts(manifest.n_casts)
+        n_kept = sum(table.num_rows for table in tables if table is not None)
+        if n_kept < manifest.n_casts:
+            raise InputError(
+                f"dataset {directory}: only {n_kept} of its {manifest.n_casts} casts are there; finish it with `wam-cast "
+                f"generate --casts {manifest.n_casts} --seed {manifest.seed} --scenario {store.scenario_path} --out {directory}`"
+            )
+        return cls(scenario, manifest.seed, _to_frame(tables))
+
+    def split(self) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
+        """Return the row numbers to train, to validate and to test with.
+
+        They are in the proportions 1300 : 300 : 100, the first rows to train with and the last ones to test with: rows are
+        independent of each other, so their order is as good as any.
+
+        Raises
+        ------
+        InputError
+            If there are fewer than 34 rows.
+        """
+        n = len(self)
+        if n < MIN_SPLIT_CASTS:
+            raise InputError(
+                f"dataset of {n} casts: too few to split into training, validation and test; "
+                f"generate at least {MIN_SPLIT_CASTS}"
+            )
+        train_end, validation_end = (n * share // sum(SPLIT) for share in (SPLIT[0], SPLIT[0] + SPLIT[1]))
+        rows = np.arange(n)
+        return rows[:train_end], rows[train_end:validation_end], rows[validation_end:]
+
+
+def generate_dataset(
+    scenario: Scenario,
+    n_casts: int = 1700,
+    seed: int = 0,
+    *,
+    executor: Executor | None = None,
+    n_workers: int | None = None,
+    directory: str | Path | None = None,
+    on_progress: Callable[[int, int], None] | None = None,
+) -> CastDataset:
+    """Simulate casts drawn at random.
+
+    The rows depend on the scenario and the seed alone, not on who computes them or in how many goes. A script must call this
+    under `if __name__ == "__main__":` unless it hands in an executor, since worker processes import it.
+
+    Parameters
+    ----------
+    scenario, n_casts, seed
+        What is cast, how often, and which casts are drawn.
+    executor
+        Runs the simulations: a Dask cluster's `Client.get_executor()`, `MPIPoolExecutor`, or any other. Threads are safe, but
+        take turns. By default processes on this machine; then a cast that brings down its process becomes a row of status
+        "diverged".
+    n_workers
+        Number of these processes, by default one for each processor.
+    directory
+        Where to store the dataset, part by part. A run that was interrupted goes on where it stopped, and a dataset grows
+        when more casts are asked for. By default it is kept in memory only.
+    on_progress
+        Called with the number of casts that are finished, and `n_casts`.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range, the directory holds something else or cannot be written, or the scenario cannot be simulated.
+    KeyboardInterrupt
+        As ever; finished parts stay.
+    """
+    n_casts, seed = _whole_number("n_casts", n_casts, 1), _whole_number("seed", seed, 0)
+    _check_workers(executor, n_workers)
+    parts = part_rows(n_casts)
+    tables: list[pa.Table | None] = [None] * len(parts)
+    store = None if directory is None else DatasetDirectory(directory)
+    if store is not None:
+        store.open(scenario, seed, n_casts)
+        tables = store.read_parts(n_casts)
+    todo = [row for rows, table in zip(parts, tables, strict=True) if table is None for row in rows]
+    with closing(_simulate_rows(scenario, seed, todo, executor, n_workers)) as simulated:
+        results = _counted(simulated, n_casts - len(todo), n_casts, on_progress)
+        for part, rows in enumerate(parts):
+            if tables[part] is None:
+                tables[part] = table = pa.Table.from_pylist(list(islice(results, len(rows))), SCHEMA)
+                if store is not None:
+                    store.write_part(part, table)
+    return CastDataset(scenario, seed, _to_frame(tables))
+
+
+def simulate_row(scenario: Scenario, seed: int, row: int) -> Row:
+    """Simulate one row of a dataset and return its columns; what workers run."""
+    # Only who simulates needs Drake; loading a dataset does without.
+    from wam_cast.system.simulation import shared_simulator
+
+    cast = sample_cast(scenario, seed, row)
+    with _one_at_a_time:  # the threads of a process share its simulator
+        outcome = shared_simulator(scenario).simulate(cast)
+    return _cast_columns(row, cast) | {
+        "landing_along": outcome.landing_along,
+        "landing_across": outcome.landing_across,
+        "status": outcome.status.value,
+        "crossing_time": outcome.crossing_time,
+        "entry_speed": outcome.entry_speed,
+        "entry_angle": outcome.entry_angle,
+        "is_slack": outcome.is_slack,
+        "peak_load": float(np.max(outcome.peak_load)),
+        "peak_speed": float(np.max(outcome.peak_speed)),
+        "peak_tracking_error": outcome.peak_tracking_error,
+    }
+
+
+def _lost_row(scenario: Scenario, seed: int, row: int) -> Row:
+    """Return the columns of a cast whose simulation brought down its process."""
+    unknown = dict.fromkeys(SCHEMA.names, math.nan)
+    cast = _cast_columns(row, sample_cast(scenario, seed, row))
+    return unknown | cast | {"status": Status.DIVERGED.value, "is_slack": False}
+
+
+def _cast_columns(row: int, cast: Cast) -> Row:
+    return {"cast": row, "distance": cast.distance, "speed": cast.speed, "wait": cast.wait}
+
+
+def _simulate_rows(
+    scenario: Scenario, seed: int, rows: list[int], executor: Executor | None, n_workers: int | None
+) -> Generator[Row]:
+    with closing(run_rows(partial(simulate_row, scenario, seed), rows, executor, n_workers)) as results:
+        for row, result in zip(rows, results, strict=True):
+            yield _lost_row(scenario, seed, row) if result is None else result
+
+
+def _counted(
+    results: Iterable[Row], n_done: int, n_casts: int, on_progress: Callable[[int, int], None] | None
+) -> Generator[Row]:
+    report = on_progress or (lambda _done, _n_casts: None)
+    report(n_done, n_casts)
+    for done, row in enumerate(results, n_done + 1):
+        report(done, n_casts)
+        yield row
+
+
+def _to_frame(tables: Iterable[pa.Table]) -> pd.DataFrame:
+    frame: pd.DataFrame = pa.concat_tables(tables).to_pandas()
+    return frame
+
+
+def _whole_number(name: str, value: int, least: int) -> int:
+    try:
+        number = operator.index(value)
+    except TypeError:
+        number = least - 1
+    if number < least:
+        raise InputError(f"{name} = {value!r} must be a whole number, {least} or more")
+    return number
+
+
+def _check_workers(executor: Executor | None, n_workers: int | None) -> None:
+    if n_workers is None:
+        return
+    _whole_number("n_workers", n_workers, 1)
+    if executor is not None:
+        raise InputError(
+            f"n_workers = {n_workers}: an executor brings its own workers; leave one of the two out"
+        )

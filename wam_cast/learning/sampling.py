@@ -1,0 +1,45 @@
+"""Which casts a dataset holds: row i of seed s is the same cast for ever, whatever else is drawn, wherever and in which order."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wam_cast.cast import Cast, cast_bounds, is_allowed
+from wam_cast.scenario import Scenario
+
+
+def sample_cast(scenario: Scenario, seed: int, row: int) -> Cast:
+    """Return the cast of one row, drawn uniformly from all that `is_allowed` accepts.
+
+    Each row has a random stream of its own, and rejects in it. What is drawn from is first cut down to the casts' bounding box,
+    so that no scenario rejects more than half of what it draws.
+
+    Parameters
+    ----------
+    scenario
+        Its bounds and `motion.min_move_duration` count.
+    seed, row
+        Not negative.
+    """
+    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(row,)))
+    lower, upper = _allowed_box(scenario)
+    while True:
+        parameters = rng.uniform(lower, upper)
+        if is_allowed(scenario, parameters):
+            return Cast.from_array(parameters)
+
+
+def sample_casts(scenario: Scenario, n_casts: int, seed: int) -> NDArray[np.float64]:
+    """Return the first `n_casts` rows `[distance, speed, wait]` of a seed, shape (n_casts, 3) [m, m/s, s]."""
+    casts = [sample_cast(scenario, seed, row).to_array() for row in range(n_casts)]
+    return np.array(casts).reshape(n_casts, 3)
+
+
+def _allowed_box(scenario: Scenario) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the corners, each of shape (3,), of the smallest box that holds every allowed cast."""
+    lower, upper = cast_bounds(scenario)
+    shortest = scenario.motion.min_move_duration
+    lower[0] = max(lower[0], lower[1] * shortest)
+    upper[1] = min(upper[1], upper[0] / shortest)
+    return lower, upper

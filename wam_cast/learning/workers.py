@@ -1,0 +1,144 @@
+"""Run a function over many rows in parallel, and survive the death of a worker process."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections import deque
+from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing.connection import Connection
+from typing import Any, TypeVar
+
+from wam_cast.errors import InputError
+
+T = TypeVar("T")
+
+LOOKAHEAD = 1000
+"""Rows that are handed out before the first of them is back: enough for hundreds of workers, little enough to cancel."""
+
+
+def run_rows(
+    function: Callable[[int], T],
+    rows: Sequence[int],
+    executor: Executor | None = None,
+    n_workers: int | None = None,
+) -> Generator[T | None]:
+    """Yield `function(row)` for each row, in their order; what has not started is cancelled when the iterator is closed.
+
+    Parameters
+    ----------
+    function
+        Must pickle.
+    rows
+        What it is called with.
+    executor
+        Runs the calls, and is left running. Its own failures are raised.
+    n_workers
+        Without an executor: the number of processes, by default one for each processor that this process may use. A row
+        that brings down its process yields None, and no other row suffers.
+
+    Raises
+    ------
+    InputError
+        If worker processes cannot start at all.
+    Exception
+        Whatever `function` raises.
+    """
+    if executor is not None:
+        yield from _results(executor, function, rows)
+        return
+    n_workers = n_workers or available_processors()
+    done = 0
+    while done < len(rows):
+        with _WorkerPool(n_workers) as pool:
+            try:
+                for result in _results(pool, function, rows[done:]):
+                    yield result
+                    done += 1
+            except BrokenProcessPool:
+                pass
+            else:
+                return
+        # A dead process takes the whole pool with it. The guilty row is among the oldest unfinished ones, or soon will be.
+        for row in rows[done : done + n_workers]:
+            yield _run_alone(function, row)
+            done += 1
+
+
+def available_processors() -> int:
+    """Return the number of processors that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _results(executor: Executor, function: Callable[[int], T], rows: Sequence[int]) -> Generator[T]:
+    pending: deque[Future[T]] = deque()
+    try:
+        for row in rows:
+            pending.append(executor.submit(function, row))
+            if len(pending) == LOOKAHEAD:
+                yield pending.popleft().result()
+        while pending:
+            yield pending.popleft().result()
+    finally:
+        for future in pending:
+            future.cancel()
+
+
+def _run_alone(function: Callable[[int], T], row: int) -> T | None:
+    """Return `function(row)` from a process of its own, or None if it does not survive it."""
+    with _WorkerPool(1) as pool:
+        try:
+            pool.submit(os.getpid).result()
+        except BrokenProcessPool:
+            raise InputError(
+                "worker processes cannot start: a script must generate datasets under `if __name__ == '__main__':`, "
+                "since each worker imports it"
+            ) from None
+        try:
+            future: Future[T] = pool.submit(function, row)
+            return future.result()
+        except BrokenProcessPool:
+            return None
+
+
+class _WorkerPool(ProcessPoolExecutor):
+    """Spawned processes that leave Ctrl-C to their parent, and end at once when it fails or dies.
+
+    Left to itself the pool would finish the rows at hand first, and a worker whose parent was killed wait for ever.
+    """
+
+    def __init__(self, n_workers: int) -> None:
+        context = multiprocessing.get_context("spawn")
+        self._far_end, self._lifeline = context.Pipe(duplex=False)
+        super().__init__(n_workers, context, initializer=_end_with, initargs=(self._far_end,))
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        # Processes start in here and inherit the mask, so that they are deaf to Ctrl-C from their first moment.
+        previous = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            return super().submit(fn, *args, **kwargs)
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, previous)
+
+    def __exit__(self, kind: type[BaseException] | None, *details: Any) -> None:
+        if kind is not None:
+            self._lifeline.close()
+        super().__exit__(kind, *details)
+        self._lifeline.close()
+        self._far_end.close()
+
+
+def _end_with(lifeline: Connection) -> None:
+    """End this process when the other end of `lifeline` is closed."""
+
+    def wait() -> None:
+        lifeline.poll(None)
+        os._exit(1)
+
+    threading.Thread(target=wait, daemon=True).start()

@@ -1,0 +1,49 @@
+"""The paper's planner: gradient descent on the predicted distance from the cup (Section 2.5 of the paper)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wam_cast.cast import cast_bounds, nearest_allowed
+from wam_cast.planning.plan import LONGEST_MISS, Predictor, Solution
+
+Array = NDArray[np.float64]
+
+MAX_STEPS = 200
+STEP_FACTOR = 1.0
+"""Step per distance [1/m], in parameters scaled to the unit cube: `alpha = STEP_FACTOR * |m(x) - y_cup|`."""
+
+DIFFERENCE = 1e-3
+"""Half the width of the central differences, in scaled parameters."""
+
+
+def plan_by_gradient_descent(
+    model: Predictor, radius: float, *, tolerance: float = LONGEST_MISS, max_steps: int = MAX_STEPS
+) -> Solution:
+    """Return parameters whose predicted landing is within `tolerance` [m] of `radius` [m], or the last ones tried.
+
+    x_{i+1} = x_i - alpha grad |m(x_i) - y_cup|, with alpha in proportion to |m(x_i) - y_cup| and the gradient by finite
+    differences. It starts in the middle of the bounds and stays within them; it stops where the paper's does, so that it
+    hits the cup's middle no better than it must, and a local minimum holds it.
+    """
+    scenario = model.scenario
+    lower, upper = cast_bounds(scenario)
+    span = upper - lower
+
+    def distance_from_cup(scaled: Array) -> Array:
+        return np.abs(model.predict(lower + span * scaled)[:, 0] - radius)
+
+    parameters = nearest_allowed(scenario, (lower + upper) / 2)
+    offsets = DIFFERENCE * np.vstack([np.zeros(3), np.eye(3), -np.eye(3)])
+    for step in range(max_steps + 1):
+        scaled = (parameters - lower) / span
+        distance, *around = distance_from_cup(scaled + offsets)
+        if distance <= tolerance:
+            return Solution(parameters, 7 * (step + 1), f"within {1e3 * tolerance:g} mm after {step} steps")
+        gradient = (np.array(around[:3]) - np.array(around[3:])) / (2 * DIFFERENCE)
+        scaled = scaled - STEP_FACTOR * distance * gradient
+        parameters = nearest_allowed(scenario, lower + span * scaled)
+    return Solution(
+        parameters, 7 * (max_steps + 1), f"not within {1e3 * tolerance:g} mm after {max_steps} steps"
+    )

@@ -1,0 +1,174 @@
+"""Plan: a cast for a cup, and what a planner needs to know of a model."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal, Protocol, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wam_cast.arm_model import bearing_limits
+from wam_cast.cast import Cast
+from wam_cast.errors import InputError
+from wam_cast.scenario import Scenario
+
+Array = NDArray[np.float64]
+Method = Literal["program", "gradient"]
+
+METHODS: tuple[Method, ...] = get_args(Method)
+"""Planners by name: `program` is a mathematical program, `gradient` the paper's descent."""
+
+LONGEST_MISS = 0.01
+"""A plan is feasible if its predicted landing is no farther from the cup's axis [m]: where the paper stops (Section 2.5)."""
+
+
+class Predictor(Protocol):
+    """What planners know of a forward model. It works in the casting plane; casts are rows `[distance, speed, wait]`."""
+
+    @property
+    def scenario(self) -> Scenario:
+        """The scenario whose casts it predicts."""
+
+    @property
+    def reach(self) -> tuple[float, float]:
+        """The smallest and the largest distance of a cup from the base axis [m]."""
+
+    @property
+    def known_casts(self) -> Array:
+        """Casts with known landings, shape (m, 3): where a search may start."""
+
+    def predict(self, casts: Array) -> Array:
+        """Return landing along and across the casting plane [m] and entry angle [rad]: shape (n, 3) for casts of shape (n, 3)."""
+
+    def predict_with_gradient(self, casts: Array) -> tuple[Array, Array]:
+        """Return the prediction, shape (n, 3), and its derivative by the cast's parameters, shape (n, 3, 3)."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A cast for a cup, before it is executed.
+
+    Attributes
+    ----------
+    cup
+        World (x, y) of the cup's axis [m].
+    cast
+        The cast that the planner chose.
+    predicted_landing
+        World (x, y) where the model expects the ball to cross the rim plane [m], shape (2,).
+    predicted_miss
+        Its distance from the cup's axis [m].
+    predicted_entry_angle
+        From the vertical [rad].
+    is_feasible
+        Whether the predicted miss is at most 1 cm.
+    method
+        Name of the planner.
+    n_evaluations
+        How often the planner evaluated the model.
+    reason
+        Why the planner stopped, in words.
+    """
+
+    cup: tuple[float, float]
+    cast: Cast
+    predicted_landing: Array
+    predicted_miss: float
+    predicted_entry_angle: float
+    is_feasible: bool
+    method: str
+    n_evaluations: int
+    reason: str
+
+
+@dataclass(frozen=True)
+class Solution:
+    """What a planner found in the casting plane: parameters `[distance, speed, wait]`, shape (3,), and how."""
+
+    parameters: Array
+    n_evaluations: int
+    reason: str
+
+
+def plan_cast(model: Predictor, cup: tuple[float, float], method: Method = "program") -> Plan:
+    """Plan a cast into a cup.
+
+    Parameters
+    ----------
+    model
+        A forward model, such as `reference_model()`.
+    cup
+        World (x, y) of the cup's axis [m].
+    method
+        `program` or `gradient`.
+
+    Raises
+    ------
+    InputError
+        If the cup is not a pair of finite numbers or out of reach, or there is no such method.
+    """
+    cup = checked_cup(cup)
+    if method not in METHODS:
+        raise InputError(f"planner {method!r} is not known: choose {' or '.join(METHODS)}")
+    radius, bearing = _within_reach(model, cup)
+    solution = _planner(method)(model, radius)
+    prediction = model.predict(solution.parameters[np.newaxis])[0]
+    along, across, entry_angle = (float(value) for value in prediction)
+    # The casting plane is turned by what the ball is expected to land beside it.
+    cast = Cast.from_array(solution.parameters, bearing - math.atan2(across, along))
+    c, s = math.cos(cast.bearing), math.sin(cast.bearing)
+    landing = np.array([c * along - s * across, s * along + c * across])
+    miss = float(np.linalg.norm(landing - cup))
+    return Plan(
+        cup=cup,
+        cast=cast,
+        predicted_landing=landing,
+        predicted_miss=miss,
+        predicted_entry_angle=entry_angle,
+        is_feasible=miss <= LONGEST_MISS,
+        method=method,
+        n_evaluations=solution.n_evaluations,
+        reason=solution.reason,
+    )
+
+
+def checked_cup(cup: tuple[float, float]) -> tuple[float, float]:
+    """Return world (x, y) of a cup's axis as two floats; raises `InputError` if they are not finite numbers."""
+    try:
+        x, y = (float(value) for value in cup)
+    except (TypeError, ValueError):
+        raise InputError(f"cup = {cup!r} must be the pair (x, y) of its axis in metres") from None
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise InputError(f"cup = ({x}, {y}) must be finite: world x and y of its axis in metres")
+    return x, y
+
+
+def _within_reach(model: Predictor, cup: tuple[float, float]) -> tuple[float, float]:
+    """Return the cup's distance from the base axis [m] and its bearing [rad]; raises `InputError` out of reach."""
+    radius, bearing = math.hypot(*cup), math.atan2(cup[1], cup[0])
+    nearest, farthest = model.reach
+    if not nearest <= radius <= farthest:
+        raise InputError(
+            f"cup = ({cup[0]:g}, {cup[1]:g}) is {radius:.3f} m from the base axis, out of reach: "
+            f"choose a distance from {nearest:.3f} to {farthest:.3f} m"
+        )
+    lowest, highest = bearing_limits()
+    if not lowest <= bearing <= highest:
+        raise InputError(
+            f"cup = ({cup[0]:g}, {cup[1]:g}) is at a bearing of {math.degrees(bearing):.1f} degrees, where joint 1 cannot "
+            f"turn: choose one from {math.degrees(lowest):.1f} to {math.degrees(highest):.1f} degrees from the x axis"
+        )
+    return radius, bearing
+
+
+def _planner(method: Method):  # type: ignore[no-untyped-def]
+    """Return the planner of that name; only the program needs Drake."""
+    if method == "gradient":
+        from wam_cast.planning.gradient_descent import plan_by_gradient_descent
+
+        return plan_by_gradient_descent
+    from wam_cast.planning.program import plan_by_program
+
+    return plan_by_program

@@ -9,7 +9,8 @@ from pydrake.multibody.tree import JacobianWrtVariable
 from pydrake.systems.analysis import Simulator
 
 from wam_cast.cast import Cast
-from wam_cast.scenario import Scenario, models_directory
+from wam_cast.arm_model import models_directory
+from wam_cast.scenario import Scenario
 from wam_cast.system.controller import DIFFERENTIALS, CastController, motor_load, saturate
 from wam_cast.system.motion import CastMotion, Stage
 from wam_cast.system.station import CastStation

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import zipfile
 from dataclasses import asdict, dataclass, replace
@@ -162,8 +163,12 @@ class ForwardModel:
             "info": asdict(self.info),
         }
         content = io.BytesIO()
-        arrays = {"known_casts": self.known_casts, "known_outputs": self._known_outputs}
-        np.savez_compressed(content, header=json.dumps(header), **arrays)
+        np.savez_compressed(
+            content,
+            header=np.array(json.dumps(header)),
+            known_casts=self.known_casts,
+            known_outputs=self._known_outputs,
+        )
         write_file(path, content.getvalue())
 
     @classmethod

@@ -122,9 +122,14 @@ def draw_frame(axes: Axes, frame: Frame, recording: CastRecording, number: int) 
     """Draw a frame with the paths of ball and hand so far, under its number, stage and time."""
     axes.imshow(frame.image, interpolation="antialiased")
     so_far = slice(0, frame.sample + 1)
+    p_WL = recording.p_WL[frame.sample]
+    p_WTop = p_WL + np.array([0.0, 0.0, recording.scenario.ball.radius])
+    ball, top = frame.camera.project(np.array([p_WL, p_WTop]))
+    radius = np.linalg.norm(top - ball)
     for stage, piece in stage_pieces(recording.stages[so_far]):
         for path, width in ((recording.p_WE, 0.9), (recording.p_WL, 1.4)):
             pixels = frame.camera.project(path[piece])
+            pixels[np.linalg.norm(pixels - ball, axis=1) < radius] = np.nan  # leave the ball itself in sight
             outline = [withStroke(linewidth=width + 0.8, foreground="white")]
             axes.plot(*pixels.T, color=STAGE_COLORS[stage], linewidth=width, path_effects=outline)
     # A sample at which a stage ends belongs to the next one, but shows how that stage left the world.

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wam_cast.evaluation.style import status_name
 from wam_cast.system.motion import Stage
-from wam_cast.system.simulation import CastRecording
+
+if TYPE_CHECKING:
+    from wam_cast.system.simulation import CastRecording
 
 Array = NDArray[np.float64]
 

@@ -191,7 +191,7 @@ def _with_caption(page: str, recording: CastRecording, predicted_landing: Array 
         for stage in stages
     )
     caption = (
-        f'<div style="position:fixed; left:16px; top:12px; font:14px/1.5 sans-serif; color:{css_color(INK)}; '
+        f'<div style="position:fixed; left:16px; top:12px; max-width:18em; font:14px/1.5 sans-serif; color:{css_color(INK)}; '
         f'pointer-events:none"><b>{html.escape(headline)}</b><br>{html.escape(details)}<br>{legend}</div>'
     )
     page = page.replace("<title>Drake MeshCat</title>", f"<title>{html.escape(headline)}</title>", 1)

@@ -27,7 +27,7 @@ def run_rows(
     executor: Executor | None = None,
     n_workers: int | None = None,
 ) -> Generator[T | None]:
-    """Yield `function(row)` for each row, in their order; what has not started is cancelled when the iterator is closed.
+    """Yield `function(row)` for each row, in their order; what is not finished is dropped when the generator is closed.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def run_rows(
     rows
         What it is called with.
     executor
-        Runs the calls, and is left running. Its own failures are raised.
+        Runs the calls, and is left running: what it has started it may finish. Its own failures are raised.
     n_workers
         Without an executor: the number of processes, by default one for each processor that this process may use. A row
         that brings down its process yields None, and no other row suffers.
@@ -49,14 +49,19 @@ def run_rows(
         Whatever `function` raises.
     """
     if executor is not None:
-        yield from _results(executor, function, rows)
+        pending: deque[Future[T]] = deque()
+        try:
+            yield from _results(executor, function, rows, pending)
+        finally:
+            for future in pending:
+                future.cancel()
         return
     n_workers = n_workers or available_processors()
     done = 0
     while done < len(rows):
         with _WorkerPool(n_workers) as pool:
             try:
-                for result in _results(pool, function, rows[done:]):
+                for result in _results(pool, function, rows[done:], deque()):
                     yield result
                     done += 1
             except BrokenProcessPool:
@@ -76,18 +81,16 @@ def available_processors() -> int:
     return os.cpu_count() or 1
 
 
-def _results(executor: Executor, function: Callable[[int], T], rows: Sequence[int]) -> Generator[T]:
-    pending: deque[Future[T]] = deque()
-    try:
-        for row in rows:
-            pending.append(executor.submit(function, row))
-            if len(pending) == LOOKAHEAD:
-                yield pending.popleft().result()
-        while pending:
+def _results(
+    executor: Executor, function: Callable[[int], T], rows: Sequence[int], pending: deque[Future[T]]
+) -> Generator[T]:
+    """Yield the results in order; `pending` holds what was handed out and is not back yet."""
+    for row in rows:
+        pending.append(executor.submit(function, row))
+        if len(pending) == LOOKAHEAD:
             yield pending.popleft().result()
-    finally:
-        for future in pending:
-            future.cancel()
+    while pending:
+        yield pending.popleft().result()
 
 
 def _run_alone(function: Callable[[int], T], row: int) -> T | None:

@@ -185,7 +185,7 @@ def fit(
         _print_json([{"model": str(file), "reach": model.reach, **asdict(model.info)}])
         return
     info = model.info
-    table = Table("training casts", "sigma", "validation RMSE", "test RMSE", "reach", title=str(file))
+    table = _table("training casts", "sigma", "validation RMSE", "test RMSE", "reach")
     nearest, farthest = model.reach
     table.add_row(
         str(info.n_train),
@@ -371,10 +371,10 @@ def _record(scenario: wc.Scenario, plan: Plan, replay: Path | None, picture: Pat
 
     recording = wc.CastSimulator(scenario).record(plan.cast, plan.cup)
     if replay is not None:
-        write_replay(recording, replay)
+        write_replay(recording, replay, plan.predicted_landing)
         err.print(f"replay: {replay}", markup=False)
     if picture is not None:
-        write_picture(recording, picture)
+        write_picture(recording, picture, plan.predicted_landing)
         err.print(f"picture: {picture}", markup=False)
     return recording.outcome
 
@@ -441,23 +441,34 @@ def _print_json(records: list[dict[str, Any]]) -> None:
     print(json.dumps(clean(records[0] if len(records) == 1 else records), indent=2))
 
 
+def _table(*headings: str) -> Table:
+    table = Table()
+    for heading in headings:
+        table.add_column(heading, no_wrap=True)
+    return table
+
+
 def _position(xy: Any) -> str:
-    return f"{xy[0]:.4f}, {xy[1]:.4f}"
+    # Adding 0 turns a rounded -0 into 0.
+    return ", ".join(f"{round(value, 4) + 0:.4f}" for value in xy)
 
 
 def _print_throws(plans: list[Plan], outcomes: list[Outcome]) -> None:
-    table = Table("cup [m]", "predicted [m]", "executed [m]", "predicted miss", "executed miss", "status")
+    table = _table("cup [m]", "predicted [m]", "executed [m]", "miss [mm]", "status")
     for plan, outcome in zip(plans, outcomes, strict=True):
-        limits = f" ({', '.join(outcome.limits_hit)})" if outcome.limits_hit else ""
         table.add_row(
             _position(plan.cup),
             _position(plan.predicted_landing),
             _position(outcome.landing),
-            f"{1e3 * plan.predicted_miss:.1f} mm",
-            f"{1e3 * outcome.miss:.1f} mm",
-            f"{outcome.status.value}{limits}",
+            f"{1e3 * outcome.miss:.1f}",
+            outcome.status.value,
         )
     out.print(table)
+    for plan, outcome in zip(plans, outcomes, strict=True):
+        if not plan.is_feasible:
+            out.print(f"cup {_position(plan.cup)}: no cast is predicted to land in it ({plan.reason})")
+        if outcome.limits_hit:
+            out.print(f"cup {_position(plan.cup)}: the arm exceeds {', '.join(outcome.limits_hit)}")
 
 
 def _print_plans(plans: list[Plan]) -> None:
@@ -472,7 +483,6 @@ def _print_plans(plans: list[Plan]) -> None:
             f"{cast.speed:.4f}",
             f"{cast.wait:.4f}",
             f"{math.degrees(cast.bearing):.2f}",
-            f"{1e3 * plan.predicted_miss:.1f} mm",
-            plan.reason,
+            f"{1e3 * plan.predicted_miss:.1f}",
         )
     out.print(table)

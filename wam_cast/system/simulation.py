@@ -130,7 +130,10 @@ class CastSimulator:
         modes = 1.5 * self._modes()
         period = self.scenario.controller.period
         n = math.ceil(period / self.scenario.simulation.max_step - 1e-9)
-        while np.log(np.abs(1 + modes * period / n + (modes * period / n) ** 2 / 2)).max() > MAX_GROWTH * period / n:
+        while (
+            np.log(np.abs(1 + modes * period / n + (modes * period / n) ** 2 / 2)).max()
+            > MAX_GROWTH * period / n
+        ):
             n += 1
         return period / n
 

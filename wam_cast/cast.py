@@ -89,3 +89,14 @@ def nearest_allowed(scenario: Scenario, parameters: NDArray[np.float64]) -> NDAr
     shortest = scenario.motion.min_move_duration
     speed = max(min(speed, distance / shortest), lower[1])
     return np.array([max(distance, speed * shortest), speed, wait])
+
+
+def checked_cup(cup: tuple[float, float]) -> tuple[float, float]:
+    """Return world (x, y) of a cup's axis as two floats; raises `InputError` if they are not finite numbers."""
+    try:
+        x, y = (float(value) for value in cup)
+    except (TypeError, ValueError):
+        raise InputError(f"cup = {cup!r} must be the pair (x, y) of its axis in metres") from None
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise InputError(f"cup = ({x}, {y}) must be finite: world x and y of its axis in metres")
+    return x, y

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import operator
-import threading
 from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import Executor
 from contextlib import closing
@@ -34,8 +33,6 @@ SPLIT = (1300, 300, 100)
 
 MIN_SPLIT_CASTS = 34
 """Fewest rows that are split: 26 to train with, 6 to validate and 2 to test."""
-
-_one_at_a_time = threading.Lock()
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,8 +187,7 @@ def simulate_row(scenario: Scenario, seed: int, row: int) -> Row:
     from wam_cast.system.simulation import shared_simulator
 
     cast = sample_cast(scenario, seed, row)
-    with _one_at_a_time:  # the threads of a process share its simulator
-        outcome = shared_simulator(scenario).simulate(cast)
+    outcome = shared_simulator(scenario).simulate(cast)
     return _cast_columns(row, cast) | {
         "landing_along": outcome.landing_along,
         "landing_across": outcome.landing_across,

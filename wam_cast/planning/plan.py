@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wam_cast.arm_model import bearing_limits
-from wam_cast.cast import Cast
+from wam_cast.cast import Cast, checked_cup
 from wam_cast.errors import InputError
 from wam_cast.scenario import Scenario
 
@@ -132,17 +132,6 @@ def plan_cast(model: Predictor, cup: tuple[float, float], method: Method = "prog
         n_evaluations=solution.n_evaluations,
         reason=solution.reason,
     )
-
-
-def checked_cup(cup: tuple[float, float]) -> tuple[float, float]:
-    """Return world (x, y) of a cup's axis as two floats; raises `InputError` if they are not finite numbers."""
-    try:
-        x, y = (float(value) for value in cup)
-    except (TypeError, ValueError):
-        raise InputError(f"cup = {cup!r} must be the pair (x, y) of its axis in metres") from None
-    if not (math.isfinite(x) and math.isfinite(y)):
-        raise InputError(f"cup = ({x}, {y}) must be finite: world x and y of its axis in metres")
-    return x, y
 
 
 def _within_reach(model: Predictor, cup: tuple[float, float]) -> tuple[float, float]:

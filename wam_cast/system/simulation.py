@@ -9,6 +9,7 @@ the same plant, so that nothing but geometry and integrator changes.
 from __future__ import annotations
 
 import math
+import threading
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
@@ -18,8 +19,7 @@ from numpy.typing import NDArray
 from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 
 from wam_cast.arm_model import arm_coulomb_friction
-from wam_cast.cast import Cast
-from wam_cast.errors import InputError
+from wam_cast.cast import Cast, checked_cup
 from wam_cast.scenario import Scenario
 from wam_cast.system.controller import motor_load
 from wam_cast.system.motion import CastMotion
@@ -414,9 +414,13 @@ def _diverged() -> Outcome:
     )
 
 
-@lru_cache(maxsize=4)
 def shared_simulator(scenario: Scenario) -> CastSimulator:
-    """Return the simulator of `scenario` that this process keeps."""
+    """Return the simulator of `scenario` that this thread keeps."""
+    return _simulator_of_thread(scenario, threading.get_ident())
+
+
+@lru_cache(maxsize=8)
+def _simulator_of_thread(scenario: Scenario, _thread: int) -> CastSimulator:
     return CastSimulator(scenario)
 
 
@@ -436,15 +440,5 @@ def simulate_cast(scenario: Scenario, cast: Cast, cup: tuple[float, float] | Non
         If the cup's position is not a pair of finite numbers, or the arm cannot turn to the cast's bearing.
     """
     if cup is not None:
-        cup = _checked_cup(cup)
+        cup = checked_cup(cup)
     return shared_simulator(scenario).simulate(cast, cup)
-
-
-def _checked_cup(cup: tuple[float, float]) -> tuple[float, float]:
-    try:
-        x, y = (float(value) for value in cup)
-    except (TypeError, ValueError):
-        raise InputError(f"cup = {cup!r} must be the pair (x, y) of its axis in metres") from None
-    if not (math.isfinite(x) and math.isfinite(y)):
-        raise InputError(f"cup = ({x}, {y}) must be finite: world x and y of its axis in metres")
-    return x, y

@@ -129,6 +129,18 @@ def test_reference_scenario_flies_at_one_step_a_period(simulator):
     assert CastSimulator(scenario(simulation={"max_step": 0.0015})).step == 0.001  # divides the period
 
 
+@pytest.mark.parametrize("wait", [0.02, 0.05, 0.35, 0.38])
+def test_last_sample_before_a_look_is_logged_whatever_the_period(wait):
+    # Thirty times 3 ms is not ten times 0.03 s in floating point; the crossing may be in the very sample between the two.
+    sampled = CastSimulator(scenario(controller={"period": 0.003}))
+    cast = dataclasses.replace(TYPICAL, wait=wait)
+    free_cast = sampled.simulate(cast)
+    assert free_cast.status is Status.LANDED
+    recording = sampled.record(cast, tuple(free_cast.landing))
+    assert recording.outcome.is_caught
+    np.testing.assert_allclose(recording.times, 0.003 * np.arange(len(recording.times)), atol=1e-9)
+
+
 @pytest.mark.slow
 def test_landing_converges_with_the_number_of_links(free):
     finer = CastSimulator(scenario(string={"n_links": 20})).simulate(TYPICAL)

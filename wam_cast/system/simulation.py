@@ -125,7 +125,10 @@ class CastSimulator:
         modes = 1.5 * self._modes()
         period = self.scenario.controller.period
         n = math.ceil(period / self.scenario.simulation.max_step - 1e-9)
-        while np.log(np.abs(1 + modes * period / n + (modes * period / n) ** 2 / 2)).max() > MAX_GROWTH * period / n:
+        while (
+            np.log(np.abs(1 + modes * period / n + (modes * period / n) ** 2 / 2)).max()
+            > MAX_GROWTH * period / n
+        ):
             n += 1
         return period / n
 
@@ -198,9 +201,11 @@ class CastSimulator:
         self._flight.set_start(context, run.cast)
         simulator.Initialize()
         plant_context = self._flight.plant.GetMyContextFromRoot(context)
-        look = LOOK_PERIODS * self.scenario.controller.period
+        period = self.scenario.controller.period
+        look = LOOK_PERIODS * period
         for n in range(1, math.ceil(run.motion.stage_ends[3] / look) + 1):
-            simulator.AdvanceTo(n * look)
+            # Whole periods times the period, as Drake counts its samples: n * look may round to just before the last one.
+            simulator.AdvanceTo(n * LOOK_PERIODS * period)
             p_WL = self._ball.EvalPoseInWorld(plant_context).translation()
             v_WL = self._ball.EvalSpatialVelocityInWorld(plant_context).translational()
             speed = float(np.linalg.norm(v_WL))
@@ -241,11 +246,12 @@ class CastSimulator:
     def _settle(self, run: _Run) -> None:
         """Advance until the ball rests in the cup, lies outside of it, or the hold is over."""
         _, simulator = self._scene
-        look = CONTACT_LOOK_PERIODS * self.scenario.controller.period
-        first = math.floor(simulator.get_context().get_time() / look)
+        period = self.scenario.controller.period
+        look = CONTACT_LOOK_PERIODS * period
+        first = round(simulator.get_context().get_time() / period) // CONTACT_LOOK_PERIODS
         was_at_rest = False
         for n in range(first + 1, math.ceil(run.motion.stage_ends[3] / look) + 1):
-            simulator.AdvanceTo(n * look)
+            simulator.AdvanceTo(n * CONTACT_LOOK_PERIODS * period)
             p_CL, speed, run.is_carried = self._ball_in_scene(run)
             inside = is_inside(p_CL, self.scenario.cup)
             run.is_at_rest = bool(inside and run.is_carried and speed < REST_SPEED and was_at_rest)

@@ -88,7 +88,7 @@ def test_wall_touches_the_inner_radius_and_nowhere_comes_closer(world):
         inside = distance_to_cup(world, 0.0299 * ring + axis)
         assert inside.min() == pytest.approx(1e-4, abs=1e-9)
         # Between the boxes' middles a polygon's corner stands back, by r (1 / cos(pi / 16) - 1) = 0.6 mm.
-        assert inside.max() < 1e-4 + 0.030 * (1 / np.cos(np.pi / N_CUP_WALLS) - 1)
+        assert inside.max() < 1e-4 + 0.030 * (1 / np.cos(np.pi / 16) - 1)
         within = distance_to_cup(world, 0.0325 * ring + axis)
         assert np.all(within < 0), "the wall has gaps"
         outside = distance_to_cup(world, 0.0365 * ring + axis)
@@ -123,7 +123,7 @@ def test_floor_is_at_height_zero(world):
 def test_dropped_ball_rests_on_the_bottom(world, offset):
     positions, velocities = world.throw([*offset, 0.25], duration=1.0)
     sunk = BALL.mass * G / Cup().stiffness
-    assert positions[-1, 2] == pytest.approx(0.006 + 0.020 - sunk, abs=2e-5)
+    assert positions[-1, 2] == pytest.approx(0.006 + 0.020 - sunk, abs=2e-6)
     assert np.hypot(*positions[-1, :2]) <= 0.010 + 7e-4
     assert np.linalg.norm(velocities[-1]) < 0.02
     assert positions[:, 2].min() > 0.006 + 0.020 - 2e-3
@@ -163,7 +163,7 @@ def test_fast_ball_does_not_pass_through_the_wall(world, angle, from_inside):
 def test_ball_on_the_floor_stays_on_the_floor(world):
     positions, velocities = world.throw([0.3, 0.2, 0.1], [0.2, 0, 0], duration=1.0)
     sunk = BALL.mass * G / Cup().stiffness
-    assert positions[-1, 2] == pytest.approx(0.020 - sunk, abs=2e-5)
+    assert positions[-1, 2] == pytest.approx(0.020 - sunk, abs=2e-6)
     assert abs(velocities[-1, 2]) < 1e-3
     assert positions[-1, 1] == pytest.approx(0.2, abs=1e-3)
 

@@ -217,7 +217,9 @@ class CastSimulator:
         period, n_look, n = self.scenario.controller.period, LOOK_PERIODS, 0
         while n * period < run.motion.stage_ends[3]:
             n += n_look
-            simulator.AdvanceTo(n * period)
+            simulator.AdvanceTo(
+                n * period
+            )  # a product as Drake counts its samples: a sum could fall short of the last one
             p_WL = self._ball.EvalPoseInWorld(plant_context).translation()
             v_WL = self._ball.EvalSpatialVelocityInWorld(plant_context).translational()
             speed = float(np.linalg.norm(v_WL))

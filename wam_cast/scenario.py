@@ -90,8 +90,9 @@ class Cup(_Part):
         The cup's shape [m].
     stiffness
         Of the contact between ball and cup or floor [N/m].
-    dissipation
-        Hunt-Crossley dissipation [s/m]: 2 is nearly inelastic, 0.1 lively.
+    restitution
+        Share of its speed that a ball keeps which hits a wall squarely at 2 m/s: 0.25 is nearly inelastic, 0.6 lively. Slower
+        impacts keep more.
     friction
         Coulomb friction coefficient between ball and cup or floor.
     """
@@ -100,8 +101,8 @@ class Cup(_Part):
     inner_radius: Positive = 0.030
     wall_thickness: Positive = 0.0045
     bottom_thickness: Positive = 0.006
-    stiffness: Positive = 5e4
-    dissipation: NonNegative = 2.0
+    stiffness: Positive = 2e4
+    restitution: Annotated[float, Field(gt=0, lt=1)] = 0.25
     friction: NonNegative = 0.4
 
     @property
@@ -152,7 +153,7 @@ class Motion(_Part):
     min_move_duration: Positive = 0.2
     drop_distance: Positive = 0.45
     drop_duration: Positive = 0.44
-    hold_duration: Positive = 1.0
+    hold_duration: Positive = 1.5
     lift_duration: Positive = 0.8
     retreat_duration: Positive = 1.2
 
@@ -164,12 +165,12 @@ class Simulation(_Part):
     ----------
     max_step
         Longest integration step in free flight [s]; the solver takes shorter ones where damping asks for it.
-    contact_step
-        Integration step while the ball can touch the cup or the floor [s].
+    contact_accuracy
+        Relative error that the integrator allows itself in a step while the ball can touch the cup or the floor.
     """
 
     max_step: Positive = 0.002
-    contact_step: Positive = 0.001
+    contact_accuracy: Annotated[float, Field(gt=0, le=0.5)] = 0.1
 
 
 class Bounds(_Part):
@@ -276,7 +277,7 @@ class Scenario(_Part):
         """
         values = self.model_dump(mode="json")
         values["cup"] = {"rim_height": self.cup.rim_height}
-        values["simulation"].pop("contact_step")
+        values["simulation"].pop("contact_accuracy")
         for name in ("lift_duration", "retreat_duration"):
             values["motion"].pop(name)
         values["arm_model"] = physical_urdf()

@@ -7,10 +7,10 @@ import pytest
 from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 from pydrake.systems.framework import LeafSystem
 
+from wam_cast.arm_model import arm_coulomb_friction, models_directory
 from wam_cast.cast import Cast
-from wam_cast.scenario import Scenario, models_directory
+from wam_cast.scenario import Scenario
 from wam_cast.system.motion import CastMotion
-from wam_cast.system.plant import arm_coulomb_friction
 from wam_cast.system.station import FRICTION_SPEED, CastStation
 
 CAST = Cast(0.3, 0.6, 0.1, bearing=0.4)

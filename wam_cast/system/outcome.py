@@ -15,7 +15,7 @@ from wam_cast.scenario import Cup
 
 Array = NDArray[np.float64]
 
-REST_RISE = 0.002
+REST_RISE = 0.005
 """A ball in the cup rests once its energy could lift it no higher above the bottom than this [m]."""
 
 GRAVITY = 9.81

@@ -68,6 +68,7 @@ REFUSED = [
     ({"string": {"length": 0.7}}, ["string.length", "0.7", "0.66", "motion.start_height"]),
     ({"cup": {"inner_radius": 0.02}}, ["cup.inner_radius", "0.02", "ball.radius"]),
     ({"cup": {"bottom_thickness": 0.12}}, ["cup.bottom_thickness", "cup.rim_height = 0.12"]),
+    ({"ball": {"mass": True}}, ["ball.mass", "True", "a number"]),
     ({"cup": {"restitution": -1}}, ["cup.restitution", "-1", "greater than 0"]),
     ({"motion": {"start_height": 1.5}}, ["motion.start_height", "1.5", "arm.mount_height = 1.346"]),
     ({"motion": {"drop_distance": 0.7}}, ["motion.drop_distance", "0.7", "0.68"]),

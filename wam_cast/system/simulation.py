@@ -58,7 +58,7 @@ MAX_STATE = 1e3
 """So does a joint's angle [rad] or speed [rad/s] beyond this."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CastRecording:
     """One cast from its start to the end of the return (without a cup: to the landing), a sample per control period.
 
@@ -71,7 +71,7 @@ class CastRecording:
     states
         Positions and velocities of the plant, shape (n, n_x): what `station.plant` takes.
     torques
-        Of the motors [N m], shape (n, 7).
+        Of the motors [N m], shape (n, 7): what was held up to each time, and so none at the first.
     p_WL, v_WL, p_WE, p_WE_desired
         Ball, hand and the hand's reference in the world frame [m, m/s], each of shape (n, 3).
     stages
@@ -104,6 +104,7 @@ class CastSimulator:
         self._flight_simulator = Simulator(self._flight.diagram)
         plant = self._flight.plant
         self._scratch = plant.CreateDefaultContext()
+        self._n_q = plant.num_positions()
         self._ball = plant.GetBodyByName("ball")
         self._hand = plant.GetBodyByName("tool_plate")
         self._speed_limits = plant.GetVelocityUpperLimits()[:N_ARM]
@@ -189,6 +190,8 @@ class CastSimulator:
         )
 
     def _run(self, cast: Cast, cup: tuple[float, float] | None) -> _Run:
+        if cup is not None:
+            cup = checked_cup(cup)
         run = _Run(cast, cup, CastMotion(self.scenario.motion, cast))
         try:
             self._fly(run)
@@ -325,7 +328,7 @@ class CastSimulator:
         track = BallTrack(times[low], p_WL, v_WL)
         crossing = find_crossing(track, self.scenario.cup.rim_height)
         load = motor_load(torques, self._torque_limits).max(axis=0)
-        speed = (np.abs(states[:, self._n_q :][:, :N_ARM]) / self._speed_limits).max(axis=0)
+        speed = (np.abs(states[:, self._n_q : self._n_q + N_ARM]) / self._speed_limits).max(axis=0)
         limits_hit = self._limits_hit(states[:, :N_ARM], load, speed)
         status = self._status(run, crossing, p_WL)
         if limits_hit:
@@ -350,10 +353,6 @@ class CastSimulator:
             limits_hit=limits_hit,
             end_time=float(times[-1]),
         )
-
-    @property
-    def _n_q(self) -> int:
-        return int(self._flight.plant.num_positions())
 
     def _status(self, run: _Run, crossing: Crossing | None, p_WL: Array) -> Status:
         if crossing is None:
@@ -444,6 +443,4 @@ def simulate_cast(scenario: Scenario, cast: Cast, cup: tuple[float, float] | Non
     InputError
         If the cup's position is not a pair of finite numbers, or the arm cannot turn to the cast's bearing.
     """
-    if cup is not None:
-        cup = checked_cup(cup)
     return shared_simulator(scenario).simulate(cast, cup)

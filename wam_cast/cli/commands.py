@@ -6,48 +6,27 @@ is no; 2 the input was wrong, one line says how; 130 interrupted.
 
 from __future__ import annotations
 
-import json
 import math
-import shlex
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import asdict
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    SpinnerColumn,
-    TextColumn,
-    TimeRemainingColumn,
-)
-from rich.table import Table
 
 import wam_cast as wc
+from wam_cast.cli import models, output
+from wam_cast.cli.output import err, out, print_json
 from wam_cast.errors import InputError
+from wam_cast.files import check_writable
 
 if TYPE_CHECKING:
     from wam_cast.planning.plan import Plan
     from wam_cast.system.outcome import Outcome
 
-TRAINING_CASTS = 1700
-"""As many as the paper simulated: 1300 to train with, 300 to validate, 100 to test."""
-
-app = typer.Typer(
-    no_args_is_help=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    help="A simulated Barrett WAM casts a ball on a string into a cup.",
-)
-err = Console(stderr=True, soft_wrap=True, highlight=False)
-out = Console(soft_wrap=True, highlight=False)
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
 
 class Planner(StrEnum):
@@ -64,14 +43,33 @@ ScenarioOption = Annotated[
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
 CupOption = Annotated[
     list[str],
-    typer.Option("--cup", metavar="X[,Y]", help="The cup's axis [m]; y is 0 without it. Repeatable."),
+    typer.Option("--cup", metavar="X[,Y]", help="The cup's axis in metres; y is 0 without it. Repeatable."),
 ]
 PlannerOption = Annotated[Planner, typer.Option("--planner", help="`gradient` is the paper's.")]
 ModelOption = Annotated[
     Path | None,
-    typer.Option("--model", metavar="FILE", help="What `wam-cast fit` wrote; else the scenario's own."),
+    typer.Option(
+        "--model",
+        metavar="FILE",
+        help="What `wam-cast fit` wrote; its scenario holds unless --scenario names one. Without it, the scenario's own.",
+    ),
 ]
 TrainOption = Annotated[bool, typer.Option("--train", help="Make the scenario's model first if it has none.")]
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        out.print(f"wam-cast {wc.__version__}")
+        raise typer.Exit
+
+
+@app.callback(help="A simulated Barrett WAM casts a ball on a string into a cup.")
+def _common(
+    _version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    pass
 
 
 @app.command()
@@ -91,24 +89,17 @@ def throw(
 ) -> None:
     """Plan a cast for each cup, execute it in simulation, and report what became of the ball."""
     cups = [_parse_cup(text) for text in cup]
-    files = {"--replay": replay, "--picture": picture}
-    if len(cups) > 1 and any(files.values()):
-        raise InputError(
-            f"{next(k for k, v in files.items() if v)} shows one cast: give one --cup, not {len(cups)}"
-        )
-    setting = _scenario(scenario)
-    forward = _model(setting, scenario, model, train)
+    _check_outputs(len(cups), replay, picture)
+    setting, forward = models.scenario_and_model(scenario, model, train)
     plans = [wc.plan_cast(forward, position, planner.value) for position in cups]
-    outcomes = []
-    for plan in plans:
-        if replay or picture:
-            outcomes.append(_record(setting, plan, replay, picture))
-        else:
-            outcomes.append(wc.simulate_cast(setting, plan.cast, plan.cup))
-    if as_json:
-        _print_json([_throw_record(plan, outcome) for plan, outcome in zip(plans, outcomes, strict=True)])
+    if replay or picture:
+        outcomes = [_record(setting, plan, replay, picture) for plan in plans]
     else:
-        _print_throws(plans, outcomes)
+        outcomes = [wc.simulate_cast(setting, plan.cast, plan.cup) for plan in plans]
+    if as_json:
+        print_json([output.throw_record(*pair) for pair in zip(plans, outcomes, strict=True)])
+    else:
+        output.print_throws(plans, outcomes)
     if not all(outcome.is_caught for outcome in outcomes):
         raise typer.Exit(1)
 
@@ -124,12 +115,12 @@ def plan(
 ) -> None:
     """Plan a cast for each cup, without executing it."""
     cups = [_parse_cup(text) for text in cup]
-    forward = _model(_scenario(scenario), scenario, model, train)
+    _, forward = models.scenario_and_model(scenario, model, train)
     plans = [wc.plan_cast(forward, position, planner.value) for position in cups]
     if as_json:
-        _print_json([_plan_record(one) for one in plans])
+        print_json([output.plan_record(one) for one in plans])
     else:
-        _print_plans(plans)
+        output.print_plans(plans)
     if not all(one.is_feasible for one in plans):
         raise typer.Exit(1)
 
@@ -137,7 +128,7 @@ def plan(
 @app.command()
 def generate(
     directory: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where the dataset goes.")],
-    casts: Annotated[int, typer.Option(min=1, help="How many casts to simulate.")] = TRAINING_CASTS,
+    casts: Annotated[int, typer.Option(min=1, help="How many casts to simulate.")] = models.TRAINING_CASTS,
     seed: Annotated[
         int, typer.Option(min=0, help="Draws the casts: row i of a seed is the same for ever.")
     ] = 0,
@@ -155,46 +146,41 @@ def generate(
     if workers is not None and scheduler is not None:
         raise InputError("--workers and --scheduler exclude each other: a scheduler brings its own workers")
     started = time.perf_counter()
-    data = _generate(_scenario(scenario), scenario, casts, seed, directory, workers, scheduler)
+    data = models.generate(
+        models.load_scenario(scenario), scenario, casts, seed, directory, workers, scheduler
+    )
     counts = data.frame["status"].value_counts().to_dict()
     record = {
         "directory": str(directory),
-        "n_casts": len(data.frame),
+        "n_casts": len(data),
         "seed": seed,
         "fingerprint": data.scenario.fingerprint,
         "statuses": counts,
         "wall_s": time.perf_counter() - started,
     }
     if as_json:
-        _print_json([record])
+        print_json([record])
     else:
         statuses = ", ".join(f"{count} {status}" for status, count in counts.items())
-        out.print(f"{len(data.frame)} casts in {directory} ({statuses}), {record['wall_s']:.1f} s")
+        out.print(f"{len(data)} casts in {directory} ({statuses}), {record['wall_s']:.1f} s")
 
 
 @app.command()
 def fit(
     dataset: Annotated[Path, typer.Argument(metavar="DIR", help="What `wam-cast generate` wrote.")],
     file: Annotated[Path, typer.Option("--out", metavar="FILE", help="Where the model goes.")],
-    scenario: ScenarioOption = None,
+    scenario: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="YAML file; the scenario stored with the dataset without it."),
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Fit a forward model to a dataset."""
-    model = _fit(dataset, file, None if scenario is None else _scenario(scenario))
+    model = models.fit(dataset, file, scenario)
     if as_json:
-        _print_json([{"model": str(file), "reach": model.reach, **asdict(model.info)}])
-        return
-    info = model.info
-    table = _table("training casts", "sigma", "validation RMSE", "test RMSE", "reach")
-    nearest, farthest = model.reach
-    table.add_row(
-        str(info.n_train),
-        f"{info.sigma:.3f}",
-        f"{1e2 * info.validation_rmse:.2f} cm",
-        f"{1e2 * info.test_rmse:.2f} cm",
-        f"{nearest:.3f} to {farthest:.3f} m",
-    )
-    out.print(table)
+        print_json([{"model": str(file), "reach": model.reach, **asdict(model.info)}])
+    else:
+        output.print_fit(model)
 
 
 @app.command()
@@ -207,33 +193,42 @@ def show(
     as_json: JsonOption = False,
 ) -> None:
     """Show the robot and one cast in the browser, until interrupted."""
-    setting = _scenario(scenario)
-    if graph is not None:
-        from wam_cast.evaluation.diagram import write_graph
-
-        write_graph(wc.CastStation(setting), graph)
-        _print_json([{"graph": str(graph)}]) if as_json else out.print(f"the diagram is in {graph}")
+    setting = models.load_scenario(scenario)
+    if graph is None:
+        _show(setting, as_json)
         return
-    _show(setting, as_json)
+    from wam_cast.evaluation.diagram import write_graph
+
+    write_graph(wc.CastStation(setting), graph)
+    if as_json:
+        print_json([{"graph": str(graph)}])
+    else:
+        out.print(f"the diagram is in {graph}")
 
 
 def main() -> None:
     """Run the command line; errors of the user's become one line and exit code 2."""
     try:
-        code = app(standalone_mode=False)
-        sys.exit(code if isinstance(code, int) else 0)
+        code = app(sys.argv[1:] or ["--help"], prog_name="wam-cast", standalone_mode=False)
     except InputError as error:
         _fail(str(error))
-    except typer.TyperException as error:
-        _fail(error.format_message())
     except (KeyboardInterrupt, typer.Abort):
+        code = 130
+    except Exception as error:
+        # Typer's own errors of usage; their common base has another home from version to version.
+        if not hasattr(error, "format_message"):
+            raise
+        context = getattr(error, "ctx", None)
+        command = "wam-cast" if context is None else context.command_path
+        message = error.format_message().replace("Value error, ", "").rstrip(".")
+        _fail(f"{message[:1].lower()}{message[1:]}; see `{command} --help`")
+    if code == 130:
         err.print("interrupted")
-        sys.exit(130)
+    sys.exit(code if isinstance(code, int) else 0)
 
 
 def _fail(message: str) -> None:
-    # One line whatever the message holds, and nothing of it taken for markup.
-    err.print(f"error: {' '.join(message.split())}", markup=False)
+    err.print(f"error: {' '.join(message.split())}")  # one line, whatever the message holds
     sys.exit(2)
 
 
@@ -251,117 +246,19 @@ def _parse_cup(text: str) -> tuple[float, float]:
     return x, y
 
 
-def _scenario(path: Path | None) -> wc.Scenario:
-    return wc.Scenario() if path is None else wc.Scenario.from_yaml(path)
+def _check_outputs(n_cups: int, replay: Path | None, picture: Path | None) -> None:
+    """Refuse, before any work is done, what `throw` could not write after it."""
+    from wam_cast.evaluation.output import picture_format
 
-
-def _model(
-    scenario: wc.Scenario, scenario_path: Path | None, path: Path | None, train: bool
-) -> wc.ForwardModel:
-    """Return the model to plan with: the one named, the shipped one if it fits, or the scenario's own beside its file."""
-    if path is not None:
-        return wc.ForwardModel.load(path, scenario)
-    if scenario.fingerprint == wc.Scenario().fingerprint:
-        return wc.reference_model()
-    assert scenario_path is not None
-    own = scenario_path.with_name(f"{scenario_path.stem}-{scenario.fingerprint[:8]}.model")
-    casts = own.with_suffix(".casts")
-    if own.exists():
-        return wc.ForwardModel.load(own, scenario)
-    if not train:
-        first = [
-            "generate",
-            "--scenario",
-            str(scenario_path),
-            "--casts",
-            str(TRAINING_CASTS),
-            "--out",
-            str(casts),
-        ]
-        second = ["fit", str(casts), "--out", str(own)]
-        raise InputError(
-            f"scenario {scenario_path} has no model yet: make one with `wam-cast {shlex.join(first)}` and then "
-            f"`wam-cast {shlex.join(second)}`, or add --train to do both now"
-        )
-    _generate(scenario, scenario_path, TRAINING_CASTS, 0, casts, None, None)
-    return _fit(casts, own, scenario)
-
-
-def _generate(
-    scenario: wc.Scenario,
-    scenario_path: Path | None,
-    n_casts: int,
-    seed: int,
-    directory: Path,
-    workers: int | None,
-    scheduler: str | None,
-) -> wc.CastDataset:
-    """Generate a dataset under a progress bar; when interrupted, say how to go on."""
-    done = 0
-    with _progress("simulating casts", n_casts) as advance, _executor(scheduler) as executor:
-
-        def report(n_done: int, _n_casts: int) -> None:
-            nonlocal done
-            done = n_done
-            advance(n_done)
-
-        try:
-            return wc.generate_dataset(
-                scenario,
-                n_casts,
-                seed,
-                executor=executor,
-                n_workers=workers,
-                directory=directory,
-                on_progress=report,
-            )
-        except KeyboardInterrupt:
-            command = ["generate", "--casts", str(n_casts), "--seed", str(seed), "--out", str(directory)]
-            if scenario_path is not None:
-                command += ["--scenario", str(scenario_path)]
-            err.print(
-                f"{done} of {n_casts} casts were simulated; finished parts are kept in {directory}. "
-                f"Go on with: wam-cast {shlex.join(command)}",
-                markup=False,
-            )
-            raise
-
-
-def _fit(dataset: Path, file: Path, scenario: wc.Scenario | None) -> wc.ForwardModel:
-    data = wc.CastDataset.load(dataset, scenario)
-    with _progress("fitting", None):
-        model = wc.ForwardModel.fit(data)
-    model.save(file)
-    return model
-
-
-@contextmanager
-def _executor(scheduler: str | None) -> Iterator[Any]:
-    """Give an executor on a Dask cluster, or none for this machine's processes."""
-    if scheduler is None:
-        yield None
-        return
-    try:
-        from distributed import Client
-    except ImportError:
-        raise InputError("--scheduler needs Dask: pip install 'wam-cast[distributed]'") from None
-    try:
-        client = Client(scheduler, timeout=10)
-    except (OSError, ValueError, TimeoutError) as error:
-        raise InputError(f"--scheduler {scheduler}: no Dask scheduler answers there ({error})") from None
-    with client:
-        yield client.get_executor()
-
-
-@contextmanager
-def _progress(what: str, total: int | None) -> Iterator[Any]:
-    """Show progress on standard error; give the function that takes how much is done."""
-    columns = [SpinnerColumn(), TextColumn("{task.description}")]
-    if total is not None:
-        columns += [BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()]
-    with Progress(*columns, console=err, transient=True) as progress:
-        task = progress.add_task(what, total=total)
-        yield lambda done: progress.update(task, completed=done)
+    for option, path in (("--replay", replay), ("--picture", picture)):
+        if path is not None:
+            if n_cups > 1:
+                raise InputError(f"{option} shows one cast: give one --cup, not {n_cups}")
+            check_writable(path)
+    if replay is not None and replay.suffix.lower() not in (".html", ".htm"):
+        raise InputError(f"--replay {replay} is a web page: choose a name that ends in .html")
+    if picture is not None:
+        picture_format(picture)
 
 
 def _record(scenario: wc.Scenario, plan: Plan, replay: Path | None, picture: Path | None) -> Outcome:
@@ -372,20 +269,21 @@ def _record(scenario: wc.Scenario, plan: Plan, replay: Path | None, picture: Pat
     recording = wc.CastSimulator(scenario).record(plan.cast, plan.cup)
     if replay is not None:
         write_replay(recording, replay, plan.predicted_landing)
-        err.print(f"replay: {replay}", markup=False)
+        err.print(f"replay: {replay}")
     if picture is not None:
         write_picture(recording, picture, plan.predicted_landing)
-        err.print(f"picture: {picture}", markup=False)
+        err.print(f"picture: {picture}")
     return recording.outcome
 
 
 def _show(scenario: wc.Scenario, as_json: bool) -> None:
     """Play one cast of middling parameters in the browser, over and over, until interrupted."""
+    from wam_cast.cast import cast_bounds, nearest_allowed
     from wam_cast.evaluation.replay import open_replay
 
     simulator = wc.CastSimulator(scenario)
-    bounds = scenario.bounds
-    cast = wc.Cast(sum(bounds.distance) / 2, sum(bounds.speed) / 2, sum(bounds.wait) / 2)
+    lower, upper = cast_bounds(scenario)
+    cast = wc.Cast.from_array(nearest_allowed(scenario, (lower + upper) / 2))
     landing = simulator.simulate(cast).landing
     if not math.isfinite(landing[0]):
         raise InputError(
@@ -393,96 +291,9 @@ def _show(scenario: wc.Scenario, as_json: bool) -> None:
         )
     meshcat = open_replay(simulator.record(cast, (float(landing[0]), float(landing[1]))))
     url = meshcat.web_url()
-    _print_json([{"url": url}]) if as_json else out.print(f"{url} shows one cast; stop with Ctrl-C")
+    if as_json:
+        print_json([{"url": url}])
+    else:
+        out.print(f"{url} shows one cast; stop with Ctrl-C")
     while True:
         time.sleep(1)
-
-
-def _plan_record(plan: Plan) -> dict[str, Any]:
-    return {
-        "cup": list(plan.cup),
-        "cast": asdict(plan.cast),
-        "predicted_landing": plan.predicted_landing.tolist(),
-        "predicted_miss": plan.predicted_miss,
-        "predicted_entry_angle": plan.predicted_entry_angle,
-        "is_feasible": plan.is_feasible,
-        "planner": plan.method,
-        "n_evaluations": plan.n_evaluations,
-        "reason": plan.reason,
-    }
-
-
-def _throw_record(plan: Plan, outcome: Outcome) -> dict[str, Any]:
-    return {
-        **_plan_record(plan),
-        "landing": outcome.landing.tolist(),
-        "miss": outcome.miss,
-        "status": outcome.status.value,
-        "is_caught": outcome.is_caught,
-        "entry_angle": outcome.entry_angle,
-        "entry_speed": outcome.entry_speed,
-        "is_slack": outcome.is_slack,
-        "peak_load": float(outcome.peak_load.max()),
-        "peak_speed": float(outcome.peak_speed.max()),
-        "limits_hit": list(outcome.limits_hit),
-    }
-
-
-def _print_json(records: list[dict[str, Any]]) -> None:
-    """Print one object, or a list of several; what is not a number becomes null, which JSON has a word for."""
-
-    def clean(value: Any) -> Any:
-        if isinstance(value, dict):
-            return {key: clean(item) for key, item in value.items()}
-        if isinstance(value, list | tuple):
-            return [clean(item) for item in value]
-        return None if isinstance(value, float) and not math.isfinite(value) else value
-
-    print(json.dumps(clean(records[0] if len(records) == 1 else records), indent=2))
-
-
-def _table(*headings: str) -> Table:
-    table = Table()
-    for heading in headings:
-        table.add_column(heading, no_wrap=True)
-    return table
-
-
-def _position(xy: Any) -> str:
-    # Adding 0 turns a rounded -0 into 0.
-    return ", ".join(f"{round(value, 4) + 0:.4f}" for value in xy)
-
-
-def _print_throws(plans: list[Plan], outcomes: list[Outcome]) -> None:
-    table = _table("cup [m]", "predicted [m]", "executed [m]", "miss [mm]", "status")
-    for plan, outcome in zip(plans, outcomes, strict=True):
-        table.add_row(
-            _position(plan.cup),
-            _position(plan.predicted_landing),
-            _position(outcome.landing),
-            f"{1e3 * outcome.miss:.1f}",
-            outcome.status.value,
-        )
-    out.print(table)
-    for plan, outcome in zip(plans, outcomes, strict=True):
-        if not plan.is_feasible:
-            out.print(f"cup {_position(plan.cup)}: no cast is predicted to land in it ({plan.reason})")
-        if outcome.limits_hit:
-            out.print(f"cup {_position(plan.cup)}: the arm exceeds {', '.join(outcome.limits_hit)}")
-
-
-def _print_plans(plans: list[Plan]) -> None:
-    table = Table(
-        "cup [m]", "distance [m]", "speed [m/s]", "wait [s]", "bearing [deg]", "predicted miss", "reason"
-    )
-    for plan in plans:
-        cast = plan.cast
-        table.add_row(
-            _position(plan.cup),
-            f"{cast.distance:.4f}",
-            f"{cast.speed:.4f}",
-            f"{cast.wait:.4f}",
-            f"{math.degrees(cast.bearing):.2f}",
-            f"{1e3 * plan.predicted_miss:.1f}",
-        )
-    out.print(table)

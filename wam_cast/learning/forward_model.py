@@ -248,7 +248,7 @@ def _read(path: str | Path) -> _Stored:
             3,
         ):
             raise not_one
-        nearest, farthest = header["reach"]
+        nearest, farthest = (float(radius) for radius in header["reach"])
         info = Fit(**header["info"])
         values, fingerprint = header["scenario"], str(header["fingerprint"])
     except _MALFORMED:
@@ -257,7 +257,7 @@ def _read(path: str | Path) -> _Stored:
         scenario = Scenario.from_dict(values)
     except InputError as error:
         raise InputError(f"model {path}: its scenario cannot be used now ({error}); fit it anew") from None
-    return _Stored(scenario, fingerprint, known_casts, known_outputs, (float(nearest), float(farthest)), info)
+    return _Stored(scenario, fingerprint, known_casts, known_outputs, (nearest, farthest), info)
 
 
 def _usable(data: CastDataset, rows: Any) -> tuple[Array, Array]:

@@ -208,8 +208,8 @@ def test_round_trip_predicts_the_same(model, file):
 
 
 def test_a_model_serves_every_cup_that_is_as_high(file):
-    lively = Scenario(cup=Cup(dissipation=0.1))
-    assert ForwardModel.load(file, lively).scenario is lively
+    slippery = Scenario(cup=Cup(friction=0.1))
+    assert ForwardModel.load(file, slippery).scenario is slippery
 
 
 def test_a_model_of_another_scenario_is_refused(file):
@@ -321,7 +321,6 @@ def test_reference_model_is_of_the_reference_scenario_and_good_enough(reference_
     )
 
 
-@pytest.mark.slow
 def test_reference_model_is_the_fit_to_the_shipped_dataset(reference_data):
     fitted, shipped = ForwardModel.fit(reference_data), reference_model()
     for name, value in vars(fitted.info).items():

@@ -264,6 +264,13 @@ def test_what_is_not_a_model_is_refused(file, kind):
     assert "wam-cast fit" in refused(file)
 
 
+def test_damage_anywhere_is_noticed(file):
+    whole = file.read_bytes()
+    for start in range(0, len(whole) - 60, len(whole) // 60):
+        file.write_bytes(whole[:start] + bytes(60) + whole[start + 60 :])
+        refused(file)
+
+
 def test_a_model_of_another_arm_is_refused(file):
     tampered(file, fingerprint="0123456789abcdef")
     line = refused(file)

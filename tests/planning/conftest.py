@@ -16,15 +16,21 @@ class ClosedForm:
     Each output is a pair: a function of casts, shape (n, 3), giving (n,), and its gradient, giving (n, 3).
     """
 
-    def __init__(self, along, across=None, angle=None, *, reach=(0.2, 1.5), known_casts=None):
+    def __init__(self, along, across=None, angle=None, *, reach=(0.2, 1.5), known_casts=None, scenario=None):
         nothing = constant(0.0)
-        self.scenario = Scenario()
+        self.scenario = scenario or Scenario()
         self.reach = reach
         self.known_casts = sample_casts(self.scenario, 60, seed=1) if known_casts is None else known_casts
         self.calls = Counter()
-        self._outputs = (along, across or nothing, angle or nothing)
+        self._outputs = [along, across or nothing, angle or nothing]
         self.lower, upper = cast_bounds(self.scenario)
         self.span = upper - self.lower
+
+    def set_along(self, value, gradient):
+        self._outputs[0] = value, gradient
+
+    def set_angle(self, value, gradient):
+        self._outputs[2] = value, gradient
 
     def predict(self, casts):
         assert casts.ndim == 2

@@ -62,6 +62,59 @@ def test_bounds_and_the_shortest_move_hold_to_the_last_digit(make_model, slopes,
     assert is_allowed(Scenario(), plan_by_program(model, radius).parameters)
 
 
+def test_bounds_that_scaling_misses_by_rounding_hold_all_the_same(make_model):
+    scenario = Scenario.from_dict({"bounds": {"distance": [0.15, 0.41]}})
+    lower, upper = cast_bounds(scenario)
+    assert lower[0] + (upper[0] - lower[0]) > upper[0]
+    model = make_model(along=(0.4, 0.6, 0, 0), scenario=scenario)
+    solution = plan_by_program(model, 1.2)  # out of reach: the search ends at the bound
+    assert solution.parameters[0] == upper[0]
+    assert is_allowed(scenario, solution.parameters)
+
+
+def test_of_several_solutions_the_one_of_least_cost_is_kept(make_model):
+    # Two valleys of the entry angle, and a known cast in either.
+    def angle(s):
+        return (
+            0.5
+            - 0.4 * np.exp(-(((s[:, 0] - 0.2) / 0.1) ** 2))
+            - 0.2 * np.exp(-(((s[:, 0] - 0.8) / 0.1) ** 2))
+        )
+
+    def slope(s):
+        steps = [
+            (c, a * 2 * (s[:, 0] - c) / 0.01 * np.exp(-(((s[:, 0] - c) / 0.1) ** 2)))
+            for c, a in ((0.2, 0.4), (0.8, 0.2))
+        ]
+        return np.column_stack([sum(step for _, step in steps), 0 * s[:, 0], 0 * s[:, 0]])
+
+    for order in (1, -1):
+        known = LOWER + (UPPER - LOWER) * np.array([[0.22, 0.4, 0.5], [0.78, 0.4, 0.5]])[::order]
+        model = make_model(along=(0.4, 0, 0, 0.4), known_casts=known)
+        model.set_angle(angle, slope)
+        distance, _, _ = scaled(plan_by_program(model, 0.6).parameters)
+        assert distance == pytest.approx(0.2, abs=0.01)
+
+
+def test_a_solution_that_lands_is_kept_before_a_cheaper_one_that_does_not(make_model):
+    # Near the base the ball always lands at one place, steeply; farther out it depends on the wait.
+    def along(s):
+        return np.where(s[:, 0] < 0.3, 0.4, 0.4 + 0.4 * s[:, 2])
+
+    def along_slope(s):
+        return np.column_stack([0 * s[:, 0], 0 * s[:, 0], np.where(s[:, 0] < 0.3, 0.0, 0.4)])
+
+    def angle(s):
+        return np.where(s[:, 0] < 0.3, 0.0, 0.5)
+
+    model = make_model(known_casts=LOWER + (UPPER - LOWER) * np.array([[0.2, 0.4, 0.5], [0.7, 0.4, 0.5]]))
+    model.set_along(along, along_slope)
+    model.set_angle(angle, np.zeros_like)
+    solution = plan_by_program(model, 0.64)
+    assert landing(model, solution) == pytest.approx(0.64, abs=1e-6)
+    assert solution.reason == "SNOPT reached the cup from 1 of 2 starts"
+
+
 def test_beyond_the_models_reach_it_says_so(make_model):
     solution = plan_by_program(make_model(along=(0.4, 0.1, 0.1, 0.1)), 1.0)
     assert f"from 0 of {N_STARTS} starts" in solution.reason

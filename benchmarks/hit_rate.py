@@ -36,8 +36,8 @@ def main() -> None:
         plans = [
             plan_cast(model, (radius, 0.0), method) for radius in np.linspace(nearest, farthest, options.cups)
         ]
-        for name, dissipation in (("nearly inelastic", 2.0), ("lively", 0.1)):
-            simulator = CastSimulator(Scenario(cup=Cup(dissipation=dissipation)))
+        for name, restitution in (("nearly inelastic", 0.25), ("lively", 0.6)):
+            simulator = CastSimulator(Scenario(cup=Cup(restitution=restitution)))
             outcomes = [
                 simulator.simulate(plan.cast, plan.cup)
                 for plan in track(plans, f"{method}, {name}", console=Console(stderr=True), transient=True)

@@ -95,8 +95,8 @@ def main() -> None:
         table.add_column(heading, justify="left" if heading == "cast" else "right")
     free = mean_seconds(lambda i: simulator.simulate(casts[i]), len(casts))
     table.add_row("free, up to the landing", f"{1e3 * free:.1f}", f"{1 / free:.1f}", "1.00")
-    for name, dissipation in (("nearly inelastic", 2.0), ("lively", 0.1)):
-        with_cup = CastSimulator(Scenario(cup=Cup(dissipation=dissipation)))
+    for name, restitution in (("nearly inelastic", 0.25), ("lively", 0.6)):
+        with_cup = CastSimulator(Scenario(cup=Cup(restitution=restitution)))
         seconds = mean_seconds(lambda i: with_cup.simulate(casts[i], cups[i]), len(casts))  # noqa: B023 - used at once
         row = f"{1e3 * seconds:.1f}", f"{1 / seconds:.1f}", f"{seconds / free:.2f}"
         table.add_row(f"into a {name} cup, until the ball rests", *row)

@@ -92,7 +92,7 @@ def test_spline_rests_outside_of_its_times():
 @each_cast
 def test_stages_come_in_order_and_last_as_long_as_they_should(cast):
     motion = CastMotion(MOTION, cast)
-    expected = [cast.distance / cast.speed, cast.wait, MOTION.drop_duration, 1.0, 0.8 + 1.2]
+    expected = [cast.distance / cast.speed, cast.wait, MOTION.drop_duration, MOTION.hold_duration, 0.8 + 1.2]
     np.testing.assert_allclose(np.diff([0.0, *motion.stage_ends]), expected, atol=1e-12)
     times = np.linspace(0, motion.stage_ends[-1] + 0.5, 4000)
     stages = np.array([motion.stage(t) for t in times])

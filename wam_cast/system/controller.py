@@ -45,10 +45,7 @@ def saturate(torque: NDArray[np.float64], limits: NDArray[np.float64]) -> NDArra
     Joints of their own are clipped. The two joints of a differential load the same motors: |tau_a| / limit_a +
     |tau_b| / limit_b <= 1, and a pair beyond it is scaled, which keeps its direction.
     """
-    load = np.abs(torque) / limits
-    for a, b in DIFFERENTIALS:
-        load[a] = load[b] = load[a] + load[b]
-    return np.asarray(torque / np.maximum(load, 1.0))
+    return np.asarray(torque / np.maximum(motor_load(torque, limits), 1.0))
 
 
 def motor_load(torque: NDArray[np.float64], limits: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -15,7 +15,7 @@ from wam_cast.scenario import Cup
 
 Array = NDArray[np.float64]
 
-REST_RISE = 0.002
+REST_RISE = 0.005
 """A ball in the cup rests once its energy could lift it no higher above the bottom than this [m]."""
 
 GRAVITY = 9.81
@@ -52,7 +52,7 @@ class Status(StrEnum):
     """The simulation broke down."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class BallTrack:
     """The ball over time: times (n,) [s], p_WL (n, 3) [m], v_WL (n, 3) [m/s], world frame."""
 
@@ -61,7 +61,7 @@ class BallTrack:
     v_WL: Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Crossing:
     """Where the ball's centre first came down through a horizontal plane: time [s], p_WL and v_WL (3,)."""
 
@@ -70,7 +70,7 @@ class Crossing:
     v_WL: Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Outcome:
     """What became of one cast.
 

@@ -19,6 +19,7 @@ from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import FixedOffsetFrame, SpatialInertia, UnitInertia, UniversalJoint
+from scipy.optimize import brentq
 
 from wam_cast.arm_model import arm_model_path
 from wam_cast.errors import InputError
@@ -27,6 +28,12 @@ from wam_cast.system.cup_mesh import cup_mesh
 
 N_ARM = 7
 """Joints of the arm: the first positions and velocities of every plant that is made here."""
+
+IMPACT_SPEED = 2.0
+"""At which a cup's restitution is stated [m/s]: about as fast as casts come down."""
+
+STICTION_SPEED = 0.1
+"""Sliding speed [m/s] below which contact friction fades; a sharper law would cost the integrator many steps an impact."""
 
 N_CUP_WALLS = 16
 """Boxes that make up the cup's round wall for contact."""
@@ -90,11 +97,28 @@ def add_ball(plant: Any, ball: Ball, string_end: Any, contact: Any = None) -> An
     return body
 
 
+def hunt_crossley_dissipation(restitution: float) -> float:
+    """Return the dissipation d [s/m] of the law f = k x (1 + d x') with which an impact at 2 m/s keeps `restitution` of its speed.
+
+    Along the motion v dv/dx = -(k / m) x (1 + d v), which integrates to a - ln(1 + a) = -b - ln(1 - b) for d times the speed
+    before (a) and after (b): Hunt and Crossley, Coefficient of Restitution Interpreted as Damping in Vibroimpact, 1975.
+    """
+
+    def mismatch(a: float) -> float:
+        b = restitution * a
+        return a - math.log1p(a) + b + math.log1p(-b)
+
+    # At 0 the mismatch has a double zero of its own, and b = 1 takes an infinite a.
+    return float(brentq(mismatch, 1e-6, (1 - 1e-12) / restitution)) / IMPACT_SPEED
+
+
 def contact_material(cup: Cup) -> Any:
     """Return the proximity properties that ball, cup and floor share."""
     properties = ProximityProperties()
     AddContactMaterial(
-        dissipation=cup.dissipation,  # Drake takes the mean of two equally stiff bodies
+        dissipation=hunt_crossley_dissipation(
+            cup.restitution
+        ),  # Drake takes the mean of two equally stiff bodies
         point_stiffness=2 * cup.stiffness,  # two equal bodies in contact act as springs in series
         friction=CoulombFriction(cup.friction, cup.friction),
         properties=properties,
@@ -150,6 +174,7 @@ def fill_plant(plant: Any, scenario: Scenario) -> None:
     if has_scene:
         add_cup(plant, scenario.cup)
     plant.Finalize()
+    plant.set_stiction_tolerance(STICTION_SPEED)
 
 
 def make_arm_plant(scenario: Scenario) -> Any:

@@ -6,4 +6,4 @@ import pytest
 @pytest.fixture(scope="session")
 def lively_cup():
     """Return the part of a scenario that makes a ball bounce in its cup; the reference cup hardly lets it."""
-    return {"dissipation": 0.1}
+    return {"restitution": 0.7}

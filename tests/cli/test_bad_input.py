@@ -44,6 +44,7 @@ WORDS = {
     "throw --cup 0.7 --picture a.jpg": ["a.jpg", ".pdf, .png, .svg"],
     "throw --cup 0.7 --picture a": ["suffix is missing", ".pdf, .png, .svg"],
     "throw --cup 0.7 --replay a.html --picture missing/a.png": ["missing/a.png"],
+    "throw --cup 0.7 --replay a.html --picture a.jpg": ["a.jpg", ".pdf, .png, .svg"],
     "throw --cup 0.7 --cup 0.8 --replay a.html": ["--replay", "give one --cup, not 2"],
     "generate --casts 40": ["--out", "wam-cast generate --help"],
     "generate --casts 0 --out d": ["--casts", "1"],
@@ -105,7 +106,8 @@ def test_a_scenario_that_cannot_be_used_is_named_with_the_value(refused, folder,
 
 def test_what_a_name_holds_is_not_taken_for_markup_or_a_line_of_its_own(refused):
     assert "[red]no\\nsuch[/red]" in refused("plan", "--cup", "[red]no\nsuch[/red]")
-    assert "[bold]missing.yaml" in refused("plan", "--cup", "0.7", "--scenario", "[bold]missing.yaml")
+    line = refused("plan", "--cup", "0.7", "--scenario", "[bold]no\nsuch.yaml")  # `refused` counts the lines
+    assert "[bold]no such.yaml" in line
 
 
 @pytest.mark.usefixtures("no_physics", "scenarios")

@@ -305,13 +305,19 @@ def test_the_commands_that_an_error_names_work(cli):
 
 
 @pytest.mark.usefixtures("no_physics", "scenarios")
-def test_a_model_brings_its_scenario(cli):
+def test_a_model_brings_its_scenario(cli, monkeypatch):
     assert cli("generate", "--casts", "60", "--out", "d", "--scenario", "heavy.yaml").code == 0
     assert cli("fit", "d", "--out", "a.model").code == 0
     alone = cli("plan", "--cup", "0.6", "--model", "a.model", "--json")
     assert alone.code == 0
     named = cli("plan", "--cup", "0.6", "--model", "a.model", "--scenario", "heavy.yaml", "--json")
     assert named.out == alone.out
+    thrown = []
+    monkeypatch.setattr(
+        wc, "simulate_cast", lambda scenario, *_: thrown.append(scenario) or simulate_cast(scenario, *_)
+    )
+    cli("throw", "--cup", "0.6", "--model", "a.model")
+    assert thrown == [wc.Scenario.from_yaml("heavy.yaml")]
 
 
 @pytest.mark.usefixtures("no_physics", "scenarios")

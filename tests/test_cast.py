@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from wam_cast.cast import Cast, cast_bounds, is_allowed
+from wam_cast.cast import Cast, cast_bounds, checked_cup, is_allowed, nearest_allowed
 from wam_cast.errors import InputError
 from wam_cast.scenario import Scenario
 
@@ -76,3 +76,49 @@ def test_allowed_casts_keep_the_bounds_and_the_shortest_move():
     np.testing.assert_array_equal(is_allowed(Scenario(), parameters), expected)
     np.testing.assert_array_equal(is_allowed(Scenario(), parameters.reshape(7, 1, 3))[:, 0], expected)
     assert is_allowed(Scenario(), parameters[0])
+
+
+@pytest.mark.parametrize("shortest", [0.2, 0.5, 0.4 / 0.21 - 1e-6])
+def test_the_nearest_allowed_cast_is_allowed_and_an_allowed_one_is_its_own(shortest):
+    scenario = Scenario.from_dict({"motion": {"min_move_duration": shortest}})
+    rng = np.random.default_rng(0)
+    for parameters in rng.uniform([-0.1, 0, -0.2], [0.6, 1.2, 0.8], size=(300, 3)):
+        nearest = nearest_allowed(scenario, parameters)
+        assert is_allowed(scenario, nearest)
+        np.testing.assert_array_equal(nearest_allowed(scenario, nearest), nearest)
+        if is_allowed(scenario, parameters):
+            np.testing.assert_array_equal(nearest, parameters)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "nearest"),
+    [
+        ([0.30, 0.60, 0.10], [0.30, 0.60, 0.10]),
+        ([0.50, 0.90, 0.60], [0.40, 0.85, 0.50]),
+        ([0.30, 0.10, -0.10], [0.30, 0.21, 0.00]),
+        ([0.10, 0.80, 0.10], [0.10, 0.50, 0.10]),  # slowed down to the shortest duration
+        ([0.00, 0.85, 0.10], [0.05, 0.25, 0.10]),
+    ],
+)
+def test_a_cast_that_is_not_allowed_is_moved_within_the_bounds_and_slowed_down(parameters, nearest):
+    given = np.array(parameters)
+    np.testing.assert_allclose(nearest_allowed(Scenario(), given), nearest)
+    np.testing.assert_array_equal(given, parameters)  # the caller's own is left alone
+
+
+def test_a_move_too_short_for_the_lowest_speed_is_made_longer():
+    scenario = Scenario.from_dict({"motion": {"min_move_duration": 0.5}})
+    np.testing.assert_allclose(nearest_allowed(scenario, np.array([0.05, 0.85, 0.1])), [0.105, 0.21, 0.1])
+
+
+@pytest.mark.parametrize("cup", [(0.7, -0.1), [0.7, -0.1], np.array([0.7, -0.1])])
+def test_a_cup_is_a_pair_of_numbers(cup):
+    assert checked_cup(cup) == (0.7, -0.1)
+    assert [type(value) for value in checked_cup(cup)] == [float, float]
+
+
+@pytest.mark.parametrize("cup", [None, 0.7, (0.7,), (0.7, 0.1, 0.1), ("x", "y"), np.eye(2), (np.nan, 0.0)])
+def test_other_cups_are_refused_in_one_line(cup):
+    with pytest.raises(InputError, match="metres") as caught:
+        checked_cup(cup)
+    assert "\n" not in str(caught.value)

@@ -96,7 +96,8 @@ def checked_cup(cup: tuple[float, float]) -> tuple[float, float]:
     try:
         x, y = (float(value) for value in cup)
     except (TypeError, ValueError):
-        raise InputError(f"cup = {cup!r} must be the pair (x, y) of its axis in metres") from None
+        given = " ".join(repr(cup).split())
+        raise InputError(f"cup = {given} must be the pair (x, y) of its axis in metres") from None
     if not (math.isfinite(x) and math.isfinite(y)):
         raise InputError(f"cup = ({x}, {y}) must be finite: world x and y of its axis in metres")
     return x, y

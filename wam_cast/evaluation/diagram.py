@@ -28,20 +28,22 @@ def write_graph(station: CastStation, path: str | Path) -> None:
         If the suffix is another, Graphviz is missing, or the file cannot be written.
     """
     path = Path(path)
-    if path.suffix not in FORMATS:
+    suffix = path.suffix.lower()
+    if suffix not in FORMATS:
+        allowed = ", ".join(FORMATS)
         raise InputError(
-            f"output {path}: cannot draw {path.suffix or 'without a suffix'}; choose one of {', '.join(FORMATS)}"
+            f"cannot write {path}: its suffix is {path.suffix or 'missing'}; choose one of {allowed}"
         )
     text = station.graph()
-    if path.suffix == ".dot":
+    if suffix == ".dot":
         write_file(path, text.encode())
         return
     try:
         drawn = subprocess.run(
-            ["dot", f"-T{path.suffix[1:]}"], input=text.encode(), stdout=subprocess.PIPE, check=True
+            ["dot", f"-T{suffix[1:]}"], input=text.encode(), capture_output=True, check=True
         )
-    except FileNotFoundError:
+    except (OSError, subprocess.CalledProcessError):
         raise InputError(
-            f"output {path}: needs the program `dot`; install Graphviz, or choose a file that ends in .dot"
+            f"cannot write {path}: it needs a working `dot`; install Graphviz, or choose a file that ends in .dot"
         ) from None
     write_file(path, drawn.stdout)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import zipfile
+import zlib
 from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -187,12 +188,12 @@ class ForwardModel:
         InputError
             If the file cannot be read, is not a model, or was made for casts that differ from the scenario's.
         """
-        header, known_casts, known_outputs = _read(path)
-        own = Scenario.from_dict(header["scenario"])
-        if own.fingerprint != header["fingerprint"]:
+        stored = _read(path)
+        own = stored.scenario
+        if own.fingerprint != stored.fingerprint:
             raise InputError(
                 f"model {path}: made with another model of the arm or another version of wam_cast "
-                f"({header['fingerprint']}, now {own.fingerprint}); fit it anew with: wam-cast fit"
+                f"({stored.fingerprint}, now {own.fingerprint}); fit it anew with: wam-cast fit"
             )
         scenario = own if scenario is None else scenario
         if scenario.fingerprint != own.fingerprint:
@@ -200,25 +201,63 @@ class ForwardModel:
                 f"model {path}: made for another scenario ({own.fingerprint}, not {scenario.fingerprint}); "
                 "name a model of this scenario, or make one with: wam-cast generate, then wam-cast fit"
             )
-        nearest, farthest = header["reach"]
-        return cls(scenario, known_casts, known_outputs, (nearest, farthest), Fit(**header["info"]))
+        return cls(scenario, stored.known_casts, stored.known_outputs, stored.reach, stored.info)
 
 
-def _read(path: str | Path) -> tuple[dict[str, Any], Array, Array]:
-    """Return header, casts and outputs of a model file; raises `InputError` if it is not one."""
+@dataclass(frozen=True)
+class _Stored:
+    """What a model file holds."""
+
+    scenario: Scenario
+    fingerprint: str
+    known_casts: Array
+    known_outputs: Array
+    reach: tuple[float, float]
+    info: Fit
+
+
+_MALFORMED = (
+    OSError,
+    EOFError,
+    ValueError,
+    TypeError,
+    LookupError,
+    AttributeError,
+    zipfile.BadZipFile,
+    zlib.error,
+)
+"""What numpy, zip and JSON raise for bytes that are something else."""
+
+
+def _read(path: str | Path) -> _Stored:
+    """Return what a model file holds; raises `InputError` if it is not one."""
+    not_one = InputError(f"model {path}: not a model file; name one that wam-cast fit wrote")
     try:
-        with np.load(path, allow_pickle=False) as file:
-            header = json.loads(str(file["header"]))
-            arrays = file["known_casts"], file["known_outputs"]
+        content = Path(path).read_bytes()
     except OSError as error:
-        if error.strerror is not None:
-            raise InputError(f"model {path}: {error.strerror}; name a file that wam-cast fit wrote") from None
-        header = {}  # numpy raises one without a number for what is not its format
-    except (ValueError, KeyError, EOFError, zipfile.BadZipFile):
-        header = {}
-    if not isinstance(header, dict) or header.get("format") != FORMAT:
-        raise InputError(f"model {path}: not a model file; name one that wam-cast fit wrote")
-    return header, *arrays
+        reason = (error.strerror or str(error)).lower()
+        raise InputError(f"model {path}: {reason}; name a file that wam-cast fit wrote") from None
+    try:
+        with np.load(io.BytesIO(content), allow_pickle=False) as file:
+            header = json.loads(str(file["header"]))
+            known_casts, known_outputs = (
+                np.asarray(file[name], dtype=float) for name in ("known_casts", "known_outputs")
+            )
+        if header["format"] != FORMAT or not known_casts.shape == known_outputs.shape == (
+            len(known_casts),
+            3,
+        ):
+            raise not_one
+        nearest, farthest = (float(radius) for radius in header["reach"])
+        info = Fit(**header["info"])
+        values, fingerprint = header["scenario"], str(header["fingerprint"])
+    except _MALFORMED:
+        raise not_one from None
+    try:
+        scenario = Scenario.from_dict(values)
+    except InputError as error:
+        raise InputError(f"model {path}: its scenario cannot be used now ({error}); fit it anew") from None
+    return _Stored(scenario, fingerprint, known_casts, known_outputs, (nearest, farthest), info)
 
 
 def _usable(data: CastDataset, rows: Any) -> tuple[Array, Array]:

@@ -36,14 +36,15 @@ def plan_by_gradient_descent(
 
     parameters = nearest_allowed(scenario, (lower + upper) / 2)
     offsets = DIFFERENCE * np.vstack([np.zeros(3), np.eye(3), -np.eye(3)])
-    for step in range(max_steps + 1):
+    step = 0
+    while True:
         scaled = (parameters - lower) / span
         distance, *around = distance_from_cup(scaled + offsets)
-        if distance <= tolerance:
-            return Solution(parameters, 7 * (step + 1), f"within {1e3 * tolerance:g} mm after {step} steps")
+        if distance <= tolerance or step == max_steps:
+            where = "within" if distance <= tolerance else "not within"
+            reason = f"{where} {1e3 * tolerance:g} mm after {step} steps"
+            return Solution(parameters, 7 * (step + 1), reason)
         gradient = (np.array(around[:3]) - np.array(around[3:])) / (2 * DIFFERENCE)
         scaled = scaled - STEP_FACTOR * distance * gradient
         parameters = nearest_allowed(scenario, lower + span * scaled)
-    return Solution(
-        parameters, 7 * (max_steps + 1), f"not within {1e3 * tolerance:g} mm after {max_steps} steps"
-    )
+        step += 1

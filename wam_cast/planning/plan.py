@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, Protocol, get_args
 
@@ -140,19 +141,26 @@ def _within_reach(model: Predictor, cup: tuple[float, float]) -> tuple[float, fl
     nearest, farthest = model.reach
     if not nearest <= radius <= farthest:
         raise InputError(
-            f"cup = ({cup[0]:g}, {cup[1]:g}) is {radius:.3f} m from the base axis, out of reach: "
-            f"choose a distance from {nearest:.3f} to {farthest:.3f} m"
+            f"cup = ({cup[0]:g}, {cup[1]:g}) is {radius:.4g} m from the base axis, out of reach: "
+            f"choose a distance from {_inside(nearest, farthest, 3)} m"
         )
     lowest, highest = bearing_limits()
     if not lowest <= bearing <= highest:
         raise InputError(
-            f"cup = ({cup[0]:g}, {cup[1]:g}) is at a bearing of {math.degrees(bearing):.1f} degrees, where joint 1 cannot "
-            f"turn: choose one from {math.degrees(lowest):.1f} to {math.degrees(highest):.1f} degrees from the x axis"
+            f"cup = ({cup[0]:g}, {cup[1]:g}) is at a bearing of {math.degrees(bearing):.4g} degrees, where joint 1 cannot "
+            f"turn: choose one from {_inside(math.degrees(lowest), math.degrees(highest), 1)} degrees from the x axis"
         )
     return radius, bearing
 
 
-def _planner(method: Method):  # type: ignore[no-untyped-def]
+def _inside(lowest: float, highest: float, n_digits: int) -> str:
+    """Return a range in words, rounded so that its ends are inside."""
+    scale = 10**n_digits
+    lowest, highest = math.ceil(lowest * scale) / scale, math.floor(highest * scale) / scale
+    return f"{lowest:.{n_digits}f} to {highest:.{n_digits}f}"
+
+
+def _planner(method: Method) -> Callable[[Predictor, float], Solution]:
     """Return the planner of that name; only the program needs Drake."""
     if method == "gradient":
         from wam_cast.planning.gradient_descent import plan_by_gradient_descent

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pydrake.autodiffutils import ExtractGradient, ExtractValue, InitializeAutoDiff
 from pydrake.solvers import MathematicalProgram, SnoptSolver, SolverOptions
 
-from wam_cast.cast import cast_bounds
+from wam_cast.cast import cast_bounds, nearest_allowed
 from wam_cast.planning.plan import Predictor, Solution
 
 Array = NDArray[np.float64]
@@ -25,7 +25,6 @@ N_STARTS = 6
 
 LANDING_UNIT = 0.01
 """A miss of this size [m] counts as much to the solver as its tolerances assume of 1."""
-
 
 EDGE_WEIGHT = 0.2
 """Cost [rad^2] of a parameter at its bound, as much as an entry angle of 26 degrees."""
@@ -127,7 +126,9 @@ def plan_by_program(model: Predictor, radius: float) -> Solution:
     misses, _, scaled = min(found, key=lambda solution: solution[:2])
     n_landing = sum(not solution[0] for solution in found)
     reason = f"SNOPT reached the cup from {n_landing} of {len(found)} starts"
-    return Solution(evaluator.lower + evaluator.span * scaled, evaluator.n_evaluations, reason)
+    # The solver keeps its constraints up to a tolerance.
+    parameters = nearest_allowed(model.scenario, evaluator.lower + evaluator.span * scaled)
+    return Solution(parameters, evaluator.n_evaluations, reason)
 
 
 def _starts(model: Predictor, radius: float) -> Array:
@@ -135,4 +136,4 @@ def _starts(model: Predictor, radius: float) -> Array:
     prediction = model.predict(model.known_casts)
     nearby = np.argsort(np.abs(prediction[:, 0] - radius), kind="stable")[: 5 * N_STARTS]
     steepest = nearby[np.argsort(np.abs(prediction[nearby, 2]), kind="stable")]
-    return model.known_casts[steepest[:: len(steepest) // N_STARTS][:N_STARTS]]
+    return model.known_casts[steepest[:: max(1, len(steepest) // N_STARTS)][:N_STARTS]]

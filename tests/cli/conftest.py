@@ -1,0 +1,118 @@
+"""The command line, run in this process or in one of its own, in a folder of its own."""
+
+import os
+import subprocess
+import sys
+from concurrent.futures import Executor, Future
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+import wam_cast
+from wam_cast.cli import main, models
+from wam_cast.learning import dataset
+from wam_cast.learning.sampling import sample_cast
+
+ROOT = Path(wam_cast.__file__).parents[1]
+
+
+@dataclass
+class Result:
+    code: int
+    out: str
+    err: str
+
+
+class InlineExecutor(Executor):
+    def submit(self, fn, /, *args):
+        future = Future()
+        future.set_result(fn(*args))
+        return future
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """Work in a new folder, `here`, whose name needs quoting in a shell."""
+    path = tmp_path / "my work"
+    path.mkdir()
+    monkeypatch.chdir(path)
+    monkeypatch.setenv("COLUMNS", "100")
+    return path
+
+
+@pytest.fixture
+def cli(monkeypatch, capsys):
+    """Return a function that runs a command line in this process."""
+
+    def run(*words):
+        capsys.readouterr()
+        monkeypatch.setattr(sys, "argv", ["wam-cast", *map(str, words)])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        return Result(ended.value.code, *capsys.readouterr())
+
+    return run
+
+
+@pytest.fixture
+def start():
+    """Return a function that starts a command line in a process of its own; what still runs in the end is killed."""
+    started = []
+
+    def popen(*words, **options):
+        # Not by an import path that another installation of the package could be on.
+        environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options
+        command = [sys.executable, "-m", "wam_cast", *map(str, words)]
+        started.append(subprocess.Popen(command, env=environment, text=True, start_new_session=True, **pipes))
+        return started[-1]
+
+    yield popen
+    for process in started:
+        if process.poll() is None:
+            process.kill()
+        process.communicate()
+
+
+@pytest.fixture
+def process(start):
+    """Return a function that runs a command line in a process of its own, to its end."""
+
+    def run(*words, **options):
+        ended = start(*words, **options)
+        out, err = ended.communicate(timeout=300)
+        return Result(ended.returncode, out, err)
+
+    return run
+
+
+@pytest.fixture
+def no_physics(monkeypatch):
+    """Make datasets in this process and without physics: a cast lands where a closed form says; 60 of them train a model."""
+
+    def row(scenario, seed, number):
+        cast = sample_cast(scenario, seed, number)
+        values = dict.fromkeys(dataset.SCHEMA.names, 0.0)
+        landing = {"landing_along": 0.2 + cast.distance + 0.4 * cast.speed, "landing_across": 0.0}
+        parameters = {"distance": cast.distance, "speed": cast.speed, "wait": cast.wait}
+        return values | parameters | landing | {"cast": number, "status": "landed", "is_slack": True}
+
+    def generate(*args, executor=None, n_workers=None, **options):
+        return dataset.generate_dataset(*args, executor=InlineExecutor(), **options)
+
+    monkeypatch.setattr(dataset, "simulate_row", row)
+    monkeypatch.setattr(wam_cast, "generate_dataset", generate, raising=False)
+    monkeypatch.setattr(models, "TRAINING_CASTS", 60)
+
+
+@pytest.fixture
+def scenarios(folder, lively_cup):
+    """Write scenario files: what differs from the reference scenario is in their names."""
+    texts = {
+        "heavy": "ball: {mass: 0.04}",
+        "lively": f"cup: {lively_cup}",
+        "narrow": "cup: {inner_radius: 0.0205}",
+    }
+    for name, text in texts.items():
+        (folder / f"{name}.yaml").write_text(text, encoding="utf-8")

@@ -1,0 +1,131 @@
+"""The command line as a process: exit codes, signals, pipes."""
+
+import json
+import os
+import re
+import shlex
+import signal
+import time
+import urllib.request
+
+import pandas as pd
+import pytest
+
+import wam_cast as wc
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals and pipes of POSIX")
+
+
+def ctrl_c(process):
+    """Interrupt a process as a terminal does: with all that it has started."""
+    os.killpg(process.pid, signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    assert "Traceback" not in err
+    return out, err
+
+
+def wait_for(condition, process, seconds=120):
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert process.poll() is None, process.communicate()
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+
+
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [
+        (["--version"], 0),
+        (["plan", "--cup", "-0.2,0.5", "--json"], 0),
+        (["plan", "--cup", "5"], 2),
+        (["plan"], 2),
+    ],
+)
+def test_exit_codes_and_streams(process, words, code):
+    result = process(*words)
+    assert result.code == code
+    assert bool(result.out) is (code == 0)
+    assert result.err.count("\n") == (code == 2)
+    if "--json" in words:
+        assert json.loads(result.out)["is_feasible"]
+
+
+@pytest.mark.usefixtures("scenarios")
+def test_a_miss_is_exit_code_1(process):
+    result = process(
+        "throw", "--cup", "0.65,-0.35", "--planner", "gradient", "--scenario", "narrow.yaml", "--json"
+    )
+    assert (result.code, result.err) == (1, "")
+    assert json.loads(result.out)["is_caught"] is False
+
+
+@pytest.mark.parametrize(
+    "words", ["plan --cup 0.75", "plan --cup 0.75 --json", "--help", "show --graph a.dot"]
+)
+def test_a_reader_that_has_left_gets_no_traceback(process, words):
+    reader, writer = os.pipe()
+    os.close(reader)
+    try:
+        result = process(*words.split(), stdout=writer)
+    finally:
+        os.close(writer)
+    assert result.err == ""
+
+
+def test_letters_that_the_terminal_does_not_have_are_done_without(process, monkeypatch):
+    monkeypatch.setenv("PYTHONIOENCODING", "ascii")
+    result = process("plan", "--cup", "0.75")
+    assert (result.code, result.err) == (0, "")
+    assert result.out.isascii()
+    assert "0.7500, 0.0000" in result.out
+
+
+@pytest.mark.slow
+def test_show_serves_a_page_until_it_is_interrupted(start):
+    process = start("show", "--json")
+    text = ""
+    while not text.endswith("}\n"):
+        line = process.stdout.readline()
+        assert line, process.stderr.read()
+        text += line
+    with urllib.request.urlopen(json.loads(text)["url"], timeout=30) as page:
+        assert page.status == 200
+        assert b"<html" in page.read().lower()
+    out, err = ctrl_c(process)
+    assert (process.returncode, out, err) == (130, "", "interrupted\n")
+
+
+@pytest.mark.slow
+def test_an_interrupted_generation_goes_on_to_the_same_dataset(start, process, folder):
+    words = ("generate", "--casts", "130", "--seed", "5", "--workers", "2")
+    running = start(*words, "--out", "a b")
+    casts = folder / "a b" / "casts"
+    wait_for(lambda: (casts / "part-00000.parquet").exists(), running)
+    out, err = ctrl_c(running)
+    assert (running.returncode, out) == (130, "")
+    kept = {path.name: path.read_bytes() for path in casts.iterdir()}
+    assert "part-00000.parquet" in kept
+    assert len(kept) < 3
+    first, *_ = err.splitlines()
+    number, total = re.match(r"(\d+) of (\d+) casts were simulated", first).groups()
+    assert 50 <= int(number) < int(total) == 130
+    command = first.split("Go on with: wam-cast ")[1]
+    assert process(*shlex.split(command)).code == 0
+    for name, content in kept.items():
+        assert (casts / name).read_bytes() == content
+    assert process(*words, "--out", "whole").code == 0
+    pd.testing.assert_frame_equal(wc.CastDataset.load("a b").frame, wc.CastDataset.load("whole").frame)
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("scenarios")
+def test_the_commands_that_an_error_names_work_as_printed(process):
+    throw = ("throw", "--cup", "0.65", "--scenario", "heavy.yaml", "--json")
+    commands = re.findall(r"`wam-cast (.*?)`", process(*throw).err)
+    assert len(commands) == 2
+    for command in commands:
+        result = process(*shlex.split(command.replace("--casts 1700", "--casts 60")))
+        assert (result.code, result.err) == (0, "")
+    result = process(*throw)
+    assert json.loads(result.out)["status"]
+    assert result.code == (0 if json.loads(result.out)["is_caught"] else 1)

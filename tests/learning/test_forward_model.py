@@ -1,0 +1,349 @@
+"""The forward model: what it learns from, what it predicts, its file, and the one that is shipped."""
+
+import json
+import math
+import subprocess
+import sys
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from wam_cast.cast import PARAMETERS, cast_bounds
+from wam_cast.errors import InputError
+from wam_cast.learning.dataset import CastDataset, simulate_row
+from wam_cast.learning.forward_model import OUTPUTS, ForwardModel, reference_directory, reference_model
+from wam_cast.learning.sampling import sample_casts
+from wam_cast.scenario import Ball, Cup, Scenario
+
+SCENARIO = Scenario()
+N_CASTS = 340  # split into 260, 60 and 20
+
+
+def closed_form(casts):
+    """Return landing along, across and entry angle of casts, shape (n, 3): smooth, without physics."""
+    distance, speed, wait = casts.T
+    along = 0.2 + distance + 0.4 * speed * np.cos(3 * wait)
+    return np.column_stack([along, 0.01 * speed * wait, 0.5 * speed**2])
+
+
+def synthetic(n_casts=N_CASTS, scenario=SCENARIO, seed=0):
+    casts = sample_casts(scenario, n_casts, seed)
+    frame = pd.DataFrame(casts, columns=list(PARAMETERS))
+    frame[list(OUTPUTS)] = closed_form(casts)
+    return CastDataset(scenario, seed, frame.assign(status="landed", is_slack=True))
+
+
+def changed(data, rows, **columns):
+    frame = data.frame.copy()
+    for name, value in columns.items():
+        frame.loc[rows, name] = value
+    return CastDataset(data.scenario, data.seed, frame)
+
+
+def predictions(model):
+    return model.predict(sample_casts(SCENARIO, 30, seed=99))
+
+
+def refused(*path_and_scenario):
+    with pytest.raises(InputError) as caught:
+        ForwardModel.load(*path_and_scenario)
+    line = str(caught.value)
+    assert "\n" not in line
+    assert str(path_and_scenario[0]) in line
+    return line
+
+
+@pytest.fixture(scope="module")
+def data():
+    return synthetic()
+
+
+@pytest.fixture(scope="module")
+def model(data):
+    return ForwardModel.fit(data)
+
+
+# --- fitting
+
+
+def test_fit_recovers_a_closed_form(model):
+    casts = sample_casts(SCENARIO, 200, seed=7)
+    error = np.abs(model.predict(casts) - closed_form(casts))
+    assert np.quantile(error, 0.9) < 1e-4
+    assert error.max() < 5e-3  # in the corners of the bounds
+
+
+def test_info_says_how_the_model_was_made(model, data):
+    info = model.info
+    assert (info.seed, info.n_train, info.n_validation, info.n_test) == (0, 260, 60, 20)
+    for rows, rmse in zip(data.split()[1:], (info.validation_rmse, info.test_rmse), strict=True):
+        casts = data.frame.loc[rows, list(PARAMETERS)].to_numpy()
+        residual = (model.predict(casts) - closed_form(casts))[:, :2]
+        assert rmse == pytest.approx(math.sqrt(np.mean(np.sum(residual**2, axis=1))), rel=1e-4)
+    assert model.scenario is data.scenario
+    np.testing.assert_array_equal(model.known_casts, data.frame.loc[data.split()[0], list(PARAMETERS)])
+
+
+def test_test_casts_do_not_influence_the_model(data, model):
+    *_, test = data.split()
+    other = ForwardModel.fit(changed(data, test, landing_along=3.0, landing_across=1.0, status="limit_hit"))
+    np.testing.assert_array_equal(predictions(other), predictions(model))
+    assert other.reach == model.reach
+    assert other.info.sigma == model.info.sigma
+    assert other.info.test_rmse > 1
+
+
+def test_validation_casts_choose_sigma_and_nothing_else(data, model):
+    _, validation, _ = data.split()
+    noise = np.random.default_rng(0).normal(scale=0.05, size=len(validation))
+    other = ForwardModel.fit(
+        changed(data, validation, landing_along=data.frame["landing_along"][validation] + noise)
+    )
+    assert other.info.sigma != model.info.sigma
+    np.testing.assert_array_equal(other.known_casts, model.known_casts)
+    assert other.reach == model.reach
+    # With the same sigma, it is the same model.
+    rebuilt = ForwardModel(SCENARIO, other.known_casts, other._known_outputs, other.reach, model.info)
+    np.testing.assert_array_equal(predictions(rebuilt), predictions(model))
+
+
+def test_casts_that_never_came_down_are_left_out(data):
+    lost = [0, 5, 100, 270, 325]  # three to train with, one to validate and one to test
+    broken = changed(data, lost, landing_along=np.nan, landing_across=np.nan, entry_angle=np.nan)
+    model = ForwardModel.fit(broken)
+    assert (model.info.n_train, model.info.n_validation, model.info.n_test) == (257, 59, 19)
+    assert np.isfinite(predictions(model)).all()
+    kept = data.frame.drop(lost)[list(PARAMETERS)].to_numpy()[:257]
+    np.testing.assert_array_equal(model.known_casts, kept)
+
+
+def test_reach_covers_all_clean_training_casts_but_the_last_at_either_end(data, model):
+    along = np.sort(data.frame["landing_along"][data.split()[0]])
+    nearest, farthest = model.reach
+    assert along[0] < nearest < along[3]
+    assert along[-4] < farthest < along[-1]
+
+
+@pytest.mark.parametrize("column", [{"is_slack": False}, {"status": "limit_hit"}])
+def test_reach_leaves_out_casts_that_pull_the_string_or_hit_a_limit(data, model, column):
+    along = data.frame["landing_along"]
+    far = np.flatnonzero(along > 0.6)
+    shorter = ForwardModel.fit(changed(data, far, **column))
+    assert model.reach[1] > 0.65
+    assert shorter.reach[1] <= 0.6
+    assert shorter.reach[0] == pytest.approx(model.reach[0], abs=0.02)
+    np.testing.assert_array_equal(predictions(shorter), predictions(model))  # but the model learns from them
+
+
+@pytest.mark.parametrize(
+    ("columns", "said"),
+    [
+        ({"landing_along": np.nan}, "training casts"),
+        ({"status": "limit_hit"}, "slack"),
+        ({"is_slack": False}, "slack"),
+    ],
+)
+def test_a_dataset_that_teaches_nothing_is_refused_in_one_line(data, columns, said):
+    with pytest.raises(InputError, match=said) as caught:
+        ForwardModel.fit(changed(data, data.frame.index, **columns))
+    assert "\n" not in str(caught.value)
+    assert "change the scenario's motion or bounds" in str(caught.value)
+
+
+def test_a_dataset_that_is_too_small_is_refused():
+    with pytest.raises(InputError, match="at least 34"):
+        ForwardModel.fit(synthetic(33))
+
+
+def test_fitting_again_gives_the_same_model(data, model):
+    again = ForwardModel.fit(data)
+    assert again.info == model.info
+    np.testing.assert_array_equal(predictions(again), predictions(model))
+
+
+# --- predicting
+
+
+def test_gradient_agrees_with_finite_differences_in_si_units(model):
+    lower, upper = cast_bounds(SCENARIO)
+    casts = np.random.default_rng(3).uniform(lower, upper, size=(10, 3))
+    prediction, gradient = model.predict_with_gradient(casts)
+    np.testing.assert_allclose(prediction, model.predict(casts), rtol=1e-12, atol=1e-12)
+    assert gradient.shape == (10, 3, 3)
+    h = 1e-4
+    for parameter, step in enumerate(h * np.eye(3)):
+        difference = (model.predict(casts + step) - model.predict(casts - step)) / (2 * h)
+        np.testing.assert_allclose(gradient[:, :, parameter], difference, rtol=1e-4, atol=1e-4)
+    # Metres per metre: the closed form's landing moves as far as the hand does.
+    np.testing.assert_allclose(gradient[:, 0, 0], 1.0, atol=0.02)
+
+
+# --- the file
+
+
+@pytest.fixture
+def file(model, tmp_path):
+    path = tmp_path / "a.model"
+    model.save(path)
+    return path
+
+
+def tampered(file, **header):
+    """Rewrite a model file with other values in its header."""
+    with np.load(file) as stored:
+        values = {name: stored[name] for name in stored.files}
+    old = json.loads(str(values.pop("header")))
+    with file.open("wb") as stream:
+        np.savez_compressed(stream, header=np.array(json.dumps(old | header)), **values)
+
+
+def test_round_trip_predicts_the_same(model, file):
+    again = ForwardModel.load(file)
+    np.testing.assert_array_equal(predictions(again), predictions(model))
+    np.testing.assert_array_equal(again.known_casts, model.known_casts)
+    assert again.info == model.info
+    assert again.reach == model.reach
+    assert again.scenario == model.scenario
+
+
+def test_a_model_serves_every_cup_that_is_as_high(file):
+    slippery = Scenario(cup=Cup(friction=0.1))
+    assert ForwardModel.load(file, slippery).scenario is slippery
+
+
+def test_a_model_of_another_scenario_is_refused(file):
+    other = Scenario(ball=Ball(mass=0.04))
+    line = refused(file, other)
+    assert other.fingerprint in line
+    assert SCENARIO.fingerprint in line
+    assert "wam-cast fit" in line
+
+
+@pytest.mark.parametrize("name", ["missing.model", ".", "a.model/b"])
+def test_what_cannot_be_read_is_refused(file, name):
+    assert "wam-cast fit" in refused(file.parent / name)
+
+
+def write_other_npz(path):
+    with path.open("wb") as stream:
+        np.savez(stream, known_casts=np.ones((3, 3)))
+
+
+def write_array(path):
+    with path.open("wb") as stream:
+        np.save(stream, np.ones(3))
+
+
+def write_pickle(path):
+    with path.open("wb") as stream:
+        np.save(stream, np.array([{}], dtype=object), allow_pickle=True)
+
+
+NOT_A_MODEL = {
+    "text": lambda path: path.write_text("sigma: 0.5\n"),
+    "empty": lambda path: path.write_bytes(b""),
+    "bytes": lambda path: path.write_bytes(bytes(range(256)) * 4),
+    "truncated": lambda path: path.write_bytes(path.read_bytes()[:-500]),
+    "cut to a half": lambda path: path.write_bytes(path.read_bytes()[: path.stat().st_size // 2]),
+    "damaged": lambda path: path.write_bytes(path.read_bytes()[:1500] + bytes(40) + path.read_bytes()[1540:]),
+    "other npz": write_other_npz,
+    "array": write_array,
+    "pickle": write_pickle,
+    "another format": lambda path: tampered(path, format="wam_cast forward model 0"),
+    "no reach": lambda path: tampered(path, reach=None),
+    "a reach of words": lambda path: tampered(path, reach=["near", "far"]),
+    "no info": lambda path: tampered(path, info={"seed": 0}),
+}
+
+
+@pytest.mark.parametrize("kind", NOT_A_MODEL)
+def test_what_is_not_a_model_is_refused(file, kind):
+    NOT_A_MODEL[kind](file)
+    assert "not a model file" in refused(file)
+    assert "wam-cast fit" in refused(file)
+
+
+def test_damage_anywhere_is_noticed(file):
+    whole = file.read_bytes()
+    for start in range(0, len(whole) - 60, len(whole) // 60):
+        file.write_bytes(whole[:start] + bytes(60) + whole[start + 60 :])
+        refused(file)
+
+
+def test_a_model_of_another_arm_is_refused(file):
+    tampered(file, fingerprint="0123456789abcdef")
+    line = refused(file)
+    assert "0123456789abcdef" in line
+    assert "fit it anew" in line
+
+
+def test_a_model_whose_scenario_is_out_of_date_is_refused(file):
+    tampered(file, scenario={"string": {"colour": "red"}})
+    assert "string.colour" in refused(file)
+
+
+@pytest.mark.parametrize("name", ["missing/a.model", ".", "a.model/b"])
+def test_an_unwritable_output_leaves_nothing_behind(model, file, name):
+    before = file.read_bytes()
+    with pytest.raises(InputError, match="cannot write") as caught:
+        model.save(file.parent / name)
+    assert "\n" not in str(caught.value)
+    assert [path.name for path in file.parent.iterdir()] == ["a.model"]
+    assert file.read_bytes() == before
+
+
+# --- the reference model
+
+
+@pytest.fixture(scope="module")
+def reference_data():
+    return CastDataset.load(reference_directory() / "dataset")
+
+
+def test_reference_model_needs_neither_drake_nor_pandas():
+    # None in place of a module makes its import fail; scikit-learn imports pandas only where it can.
+    code = (
+        "import sys\n"
+        "sys.modules.update(dict.fromkeys(['pydrake', 'pandas', 'pyarrow']))\n"
+        "import numpy as np, wam_cast as wc\n"
+        "wc.reference_model().predict(np.array([[0.3, 0.6, 0.1]]))\n"
+        "print(wc.plan_cast(wc.reference_model(), (0.7, 0.1), 'gradient').is_feasible)"
+    )
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert result.stdout.strip() == "True"
+
+
+def test_reference_model_is_of_the_reference_scenario_and_good_enough(reference_data):
+    model = reference_model()
+    assert model is reference_model()
+    assert model.scenario.fingerprint == Scenario().fingerprint == reference_data.scenario.fingerprint
+    assert reference_data.scenario == Scenario()
+    assert len(reference_data) == 1700
+    assert model.info.test_rmse <= 0.005
+    nearest, farthest = model.reach
+    assert farthest - nearest >= 0.70
+    np.testing.assert_array_equal(
+        model.known_casts[:5], reference_data.frame.loc[:4, list(PARAMETERS)].to_numpy()
+    )
+
+
+def test_reference_model_is_the_fit_to_the_shipped_dataset(reference_data):
+    fitted, shipped = ForwardModel.fit(reference_data), reference_model()
+    for name, value in vars(fitted.info).items():
+        assert getattr(shipped.info, name) == pytest.approx(value, rel=1e-6), name
+    assert shipped.reach == pytest.approx(fitted.reach, rel=1e-12)
+    np.testing.assert_allclose(predictions(shipped), predictions(fitted), rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("row", [0, 1, 2, 1699])
+def test_shipped_casts_are_what_the_simulation_gives_now(reference_data, row):
+    now, then = simulate_row(Scenario(), reference_data.seed, row), reference_data.frame.loc[row]
+    for name in PARAMETERS:
+        assert now[name] == then[name]
+    assert now["status"] == then["status"]
+    assert now["is_slack"] == then["is_slack"]
+    # Metres and seconds; another version of Drake may round otherwise.
+    for name in ("landing_along", "landing_across", "crossing_time"):
+        assert now[name] == pytest.approx(then[name], abs=1e-6), name
+    assert now["entry_angle"] == pytest.approx(then["entry_angle"], abs=1e-5)

@@ -1,0 +1,184 @@
+"""Plans: what is refused, the geometry of the casting plane, and casts that are executed."""
+
+import math
+
+import numpy as np
+import pytest
+
+from wam_cast.arm_model import bearing_limits
+from wam_cast.cast import is_allowed
+from wam_cast.errors import InputError
+from wam_cast.learning.forward_model import reference_model
+from wam_cast.planning.plan import LONGEST_MISS, METHODS, plan_cast
+from wam_cast.scenario import Scenario
+from wam_cast.system.outcome import to_casting_plane
+from wam_cast.system.simulation import simulate_cast
+
+BOTH = pytest.mark.parametrize("method", METHODS)
+
+CUPS = [
+    (0.30, 0.0),
+    (0.40, -0.15),
+    (0.55, 0.2),
+    (-0.2, 0.5),
+    (0.65, -0.35),
+    (0.75, 0.1),
+    (-0.5, -0.6),
+    (0.95, 0.1),
+]
+"""In front, beside and behind, near and far."""
+
+
+def refused(model, cup, method="gradient"):
+    with pytest.raises(InputError) as caught:
+        plan_cast(model, cup, method)
+    assert "\n" not in str(caught.value)
+    assert not model.calls, "a cup that is refused costs nothing"
+    return str(caught.value)
+
+
+# --- what is refused
+
+
+@pytest.mark.parametrize("cup", [(0.19, 0.0), (1.6, 0.0), (0.0, 0.0), (1.2, 1.2), (-1.2, -1.2), (0.1, -0.1)])
+def test_a_cup_out_of_reach_is_refused_with_what_is_reachable(make_model, cup):
+    line = refused(make_model(), cup)
+    assert "0.200 to 1.500 m" in line
+    assert f"{math.hypot(*cup):.4g} m" in line
+
+
+def test_what_the_error_calls_reachable_is_reachable(make_model):
+    model = make_model(reach=(0.26311, 0.98584))
+    words = refused(model, (0.263, 0.0)).split("from ")[-1].split()
+    nearest, farthest = float(words[0]), float(words[2])
+    assert (nearest, farthest) == (0.264, 0.985)
+    for radius in (nearest, farthest, 0.26311, 0.98584):
+        assert plan_cast(model, (radius, 0.0), "gradient").cup == (radius, 0.0)
+
+
+def test_a_cup_behind_the_arm_is_refused_with_the_bearings_that_are_left(make_model):
+    line = refused(make_model(), (-0.7, 0.01))
+    assert "joint 1" in line
+    lowest, highest = (float(word) for word in line.split("one from ")[1].split(" degrees")[0].split(" to "))
+    for degrees in (lowest, highest):
+        bearing = math.radians(degrees)
+        assert bearing_limits()[0] <= bearing <= bearing_limits()[1]
+        cup = (0.7 * math.cos(bearing), 0.7 * math.sin(bearing))
+        assert plan_cast(make_model(), cup, "gradient").cast.bearing == pytest.approx(bearing)
+    assert highest == pytest.approx(math.degrees(bearing_limits()[1]), abs=0.1)
+
+
+@pytest.mark.parametrize("cup", [(math.nan, 0.5), (0.5, math.inf), (-math.inf, 0.0)])
+def test_a_cup_that_is_nowhere_is_refused(make_model, cup):
+    assert "finite" in refused(make_model(), cup)
+
+
+@pytest.mark.parametrize(
+    "cup", [0.7, None, (0.7,), (0.7, 0.0, 0.12), "here", (None, 0.1), ("a", "b"), [[0.7, 0.0]]]
+)
+def test_what_is_no_position_is_refused(make_model, cup):
+    assert "pair (x, y)" in refused(make_model(), cup)
+
+
+@pytest.mark.parametrize("method", ["", "Program", "newton", None])
+def test_an_unknown_planner_is_refused_with_the_known_ones(make_model, method):
+    line = refused(make_model(), (0.7, 0.0), method)
+    assert repr(method) in line
+    assert "program or gradient" in line
+
+
+# --- the plan
+
+
+@BOTH
+@pytest.mark.parametrize("bearing", [-2.5, -1.0, 0.3, 1.7])
+def test_a_turned_cup_takes_the_same_cast_turned(curved_model, method, bearing):
+    ahead = plan_cast(curved_model, (0.75, 0.0), method)
+    turned = plan_cast(curved_model, (0.75 * math.cos(bearing), 0.75 * math.sin(bearing)), method)
+    np.testing.assert_allclose(turned.cast.to_array(), ahead.cast.to_array(), atol=1e-4)
+    assert turned.cast.bearing == pytest.approx(ahead.cast.bearing + bearing)
+    assert turned.predicted_miss == pytest.approx(ahead.predicted_miss, abs=1e-6)
+    assert turned.predicted_entry_angle == pytest.approx(ahead.predicted_entry_angle, abs=1e-4)
+    assert ahead.cast.bearing == 0.0
+
+
+@BOTH
+@pytest.mark.parametrize("across", [-0.06, 0.04])
+def test_a_landing_beside_the_casting_plane_is_made_up_for_by_the_bearing(make_model, method, across):
+    model = make_model(across=across)
+    plan = plan_cast(model, (0.0, 0.7), method)
+    along = model.predict(plan.cast.to_array()[np.newaxis])[0, 0]
+    assert plan.cast.bearing == pytest.approx(math.pi / 2 - math.atan2(across, along))
+    # The predicted landing is what the model says of that cast, turned into the world: on the line through the cup.
+    assert to_casting_plane(plan.predicted_landing, plan.cast.bearing) == pytest.approx((along, across))
+    assert plan.predicted_landing[0] == pytest.approx(0.0, abs=1e-12)
+    assert plan.predicted_miss == pytest.approx(abs(math.hypot(along, across) - 0.7))
+
+
+@BOTH
+def test_the_predicted_miss_is_the_distance_from_the_cup(curved_model, method):
+    plan = plan_cast(curved_model, (0.5, -0.4), method)
+    assert plan.predicted_miss == pytest.approx(math.dist(plan.predicted_landing, plan.cup), rel=1e-12)
+    assert plan.is_feasible is (plan.predicted_miss <= LONGEST_MISS) is True
+    assert plan.method == method
+    assert plan.cup == (0.5, -0.4)
+    assert plan.n_evaluations > 0
+    along, across, angle = curved_model.predict(plan.cast.to_array()[np.newaxis])[0]
+    assert np.linalg.norm(plan.predicted_landing) == pytest.approx(math.hypot(along, across))
+    assert plan.predicted_entry_angle == angle
+
+
+@BOTH
+def test_a_cup_that_no_cast_reaches_gives_a_plan_that_says_so(make_model, method):
+    model = make_model(along=(0.4, 0.1, 0.1, 0.1))  # lands from 0.4 to 0.7 m
+    plan = plan_cast(model, (1.0, 0.0), method)
+    assert not plan.is_feasible
+    assert plan.predicted_miss == pytest.approx(0.3, abs=0.01)
+    assert is_allowed(model.scenario, plan.cast.to_array())
+
+
+@BOTH
+def test_a_cup_given_as_an_array_is_as_good(curved_model, method):
+    assert plan_cast(curved_model, np.array([0.6, 0.2]), method).cup == (0.6, 0.2)
+    assert all(type(value) is float for value in plan_cast(curved_model, np.array([0.6, 0.2]), method).cup)
+
+
+# --- plans of the reference model
+
+
+@BOTH
+def test_all_of_the_reach_is_planned_for(method):
+    model = reference_model()
+    for radius in np.linspace(*model.reach, 12):
+        plan = plan_cast(model, (radius, 0.0), method)
+        assert plan.is_feasible, radius
+        assert is_allowed(model.scenario, plan.cast.to_array())
+
+
+def caught(method, scenario):
+    """Return the cups that a planner's casts end in."""
+    plans = [plan_cast(reference_model(), cup, method) for cup in CUPS]
+    return [plan.cup for plan in plans if simulate_cast(scenario, plan.cast, plan.cup).is_caught]
+
+
+@BOTH
+def test_planned_casts_are_caught(method):
+    assert caught(method, Scenario()) == CUPS
+
+
+def test_steep_casts_into_the_cups_middle_are_caught_even_by_a_lively_cup(lively_cup):
+    assert caught("program", Scenario.from_dict({"cup": lively_cup})) == CUPS
+
+
+def test_the_papers_planner_may_lose_a_ball_to_a_lively_rim(lively_cup):
+    # It stops a centimetre from the middle, all the room that the ball has, and comes in as it may.
+    assert len(caught("gradient", Scenario.from_dict({"cup": lively_cup}))) >= len(CUPS) - 1
+
+
+@BOTH
+def test_planned_casts_land_where_they_were_predicted(method):
+    # Without a cup, whose rim may turn aside a ball that comes in at a slant.
+    for cup in CUPS:
+        plan = plan_cast(reference_model(), cup, method)
+        landing = simulate_cast(Scenario(), plan.cast).landing
+        assert math.dist(landing, plan.predicted_landing) < 0.005, cup

@@ -1,0 +1,299 @@
+"""The command line: a thin face over the API.
+
+Results go to standard output, progress and messages to standard error. Exit codes: 0 done; 1 the work was done and its answer
+is no; 2 the input was wrong, one line says how; 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+import time
+from dataclasses import asdict
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+import wam_cast as wc
+from wam_cast.cli import models, output
+from wam_cast.cli.output import err, out, print_json
+from wam_cast.errors import InputError
+from wam_cast.files import check_writable
+
+if TYPE_CHECKING:
+    from wam_cast.planning.plan import Plan
+    from wam_cast.system.outcome import Outcome
+
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+
+
+class Planner(StrEnum):
+    """Planners by name."""
+
+    program = "program"
+    gradient = "gradient"
+
+
+ScenarioOption = Annotated[
+    Path | None,
+    typer.Option("--scenario", metavar="FILE", help="YAML file; the reference scenario without it."),
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
+CupOption = Annotated[
+    list[str],
+    typer.Option("--cup", metavar="X[,Y]", help="The cup's axis in metres; y is 0 without it. Repeatable."),
+]
+PlannerOption = Annotated[Planner, typer.Option("--planner", help="`gradient` is the paper's.")]
+ModelOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--model",
+        metavar="FILE",
+        help="What `wam-cast fit` wrote; its scenario holds unless --scenario names one. Without it, the scenario's own.",
+    ),
+]
+TrainOption = Annotated[bool, typer.Option("--train", help="Make the scenario's model first if it has none.")]
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        out.print(f"wam-cast {wc.__version__}")
+        raise typer.Exit
+
+
+@app.callback(help="A simulated Barrett WAM casts a ball on a string into a cup.")
+def _common(
+    _version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command()
+def throw(
+    cup: CupOption,
+    scenario: ScenarioOption = None,
+    model: ModelOption = None,
+    planner: PlannerOption = Planner.program,
+    train: TrainOption = False,
+    replay: Annotated[
+        Path | None, typer.Option(metavar="FILE.html", help="Write a replay that opens in a browser.")
+    ] = None,
+    picture: Annotated[
+        Path | None, typer.Option(metavar="FILE.png", help="Write a film strip (also .pdf, .svg).")
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Plan a cast for each cup, execute it in simulation, and report what became of the ball."""
+    cups = [_parse_cup(text) for text in cup]
+    _check_outputs(len(cups), replay, picture)
+    setting, forward = models.scenario_and_model(scenario, model, train)
+    plans = [wc.plan_cast(forward, position, planner.value) for position in cups]
+    if replay or picture:
+        outcomes = [_record(setting, plan, replay, picture) for plan in plans]
+    else:
+        outcomes = [wc.simulate_cast(setting, plan.cast, plan.cup) for plan in plans]
+    if as_json:
+        print_json([output.throw_record(*pair) for pair in zip(plans, outcomes, strict=True)])
+    else:
+        output.print_throws(plans, outcomes)
+    if not all(outcome.is_caught for outcome in outcomes):
+        raise typer.Exit(1)
+
+
+@app.command()
+def plan(
+    cup: CupOption,
+    scenario: ScenarioOption = None,
+    model: ModelOption = None,
+    planner: PlannerOption = Planner.program,
+    train: TrainOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Plan a cast for each cup, without executing it."""
+    cups = [_parse_cup(text) for text in cup]
+    _, forward = models.scenario_and_model(scenario, model, train)
+    plans = [wc.plan_cast(forward, position, planner.value) for position in cups]
+    if as_json:
+        print_json([output.plan_record(one) for one in plans])
+    else:
+        output.print_plans(plans)
+    if not all(one.is_feasible for one in plans):
+        raise typer.Exit(1)
+
+
+@app.command()
+def generate(
+    directory: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where the dataset goes.")],
+    casts: Annotated[int, typer.Option(min=1, help="How many casts to simulate.")] = models.TRAINING_CASTS,
+    seed: Annotated[
+        int, typer.Option(min=0, help="Draws the casts: row i of a seed is the same for ever.")
+    ] = 0,
+    scenario: ScenarioOption = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Processes; one per processor without it.")
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help="Of a Dask scheduler whose workers simulate instead."),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Simulate random casts and store them; an interrupted run goes on when it is started again."""
+    if workers is not None and scheduler is not None:
+        raise InputError("--workers and --scheduler exclude each other: a scheduler brings its own workers")
+    started = time.perf_counter()
+    data = models.generate(
+        models.load_scenario(scenario), scenario, casts, seed, directory, workers, scheduler
+    )
+    counts = data.frame["status"].value_counts().to_dict()
+    record = {
+        "directory": str(directory),
+        "n_casts": len(data),
+        "seed": seed,
+        "fingerprint": data.scenario.fingerprint,
+        "statuses": counts,
+        "wall_s": time.perf_counter() - started,
+    }
+    if as_json:
+        print_json([record])
+    else:
+        statuses = ", ".join(f"{count} {status}" for status, count in counts.items())
+        out.print(f"{len(data)} casts in {directory} ({statuses}), {record['wall_s']:.1f} s")
+
+
+@app.command()
+def fit(
+    dataset: Annotated[Path, typer.Argument(metavar="DIR", help="What `wam-cast generate` wrote.")],
+    file: Annotated[Path, typer.Option("--out", metavar="FILE", help="Where the model goes.")],
+    scenario: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="YAML file; the scenario stored with the dataset without it."),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Fit a forward model to a dataset."""
+    model = models.fit(dataset, file, scenario)
+    if as_json:
+        print_json([{"model": str(file), "reach": model.reach, **asdict(model.info)}])
+    else:
+        output.print_fit(model)
+
+
+@app.command()
+def show(
+    scenario: ScenarioOption = None,
+    graph: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write a drawing of the diagram (.svg, .png, .pdf, .dot) instead."),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Show the robot and one cast in the browser, until interrupted."""
+    setting = models.load_scenario(scenario)
+    if graph is None:
+        _show(setting, as_json)
+        return
+    from wam_cast.evaluation.diagram import write_graph
+
+    write_graph(wc.CastStation(setting), graph)
+    if as_json:
+        print_json([{"graph": str(graph)}])
+    else:
+        out.print(f"the diagram is in {graph}")
+
+
+def main() -> None:
+    """Run the command line; errors of the user's become one line and exit code 2."""
+    try:
+        code = app(sys.argv[1:] or ["--help"], prog_name="wam-cast", standalone_mode=False)
+    except InputError as error:
+        _fail(str(error))
+    except (KeyboardInterrupt, typer.Abort):
+        code = 130
+    except Exception as error:
+        # Typer's own errors of usage; their common base has another home from version to version.
+        if not hasattr(error, "format_message"):
+            raise
+        context = getattr(error, "ctx", None)
+        command = "wam-cast" if context is None else context.command_path
+        message = error.format_message().replace("Value error, ", "").rstrip(".")
+        _fail(f"{message[:1].lower()}{message[1:]}; see `{command} --help`")
+    if code == 130:
+        err.print("interrupted")
+    sys.exit(code if isinstance(code, int) else 0)
+
+
+def _fail(message: str) -> None:
+    err.print(f"error: {' '.join(message.split())}")  # one line, whatever the message holds
+    sys.exit(2)
+
+
+def _parse_cup(text: str) -> tuple[float, float]:
+    """Return world (x, y) of `X` or `X,Y`."""
+    numbers = text.split(",")
+    try:
+        x, y = (float(number) for number in (numbers if len(numbers) == 2 else [*numbers, "0"]))
+    except ValueError:
+        raise InputError(
+            f"--cup {text!r} is not a position: give X or X,Y in metres, such as --cup 0.75 or --cup 0.60,-0.25"
+        ) from None
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise InputError(f"--cup {text!r} is not finite: give X or X,Y in metres, such as --cup 0.75")
+    return x, y
+
+
+def _check_outputs(n_cups: int, replay: Path | None, picture: Path | None) -> None:
+    """Refuse, before any work is done, what `throw` could not write after it."""
+    from wam_cast.evaluation.output import picture_format
+
+    for option, path in (("--replay", replay), ("--picture", picture)):
+        if path is not None:
+            if n_cups > 1:
+                raise InputError(f"{option} shows one cast: give one --cup, not {n_cups}")
+            check_writable(path)
+    if replay is not None and replay.suffix.lower() not in (".html", ".htm"):
+        raise InputError(f"--replay {replay} is a web page: choose a name that ends in .html")
+    if picture is not None:
+        picture_format(picture)
+
+
+def _record(scenario: wc.Scenario, plan: Plan, replay: Path | None, picture: Path | None) -> Outcome:
+    """Execute a plan to the end of the return and write what was asked for."""
+    from wam_cast.evaluation.filmstrip import write_picture
+    from wam_cast.evaluation.replay import write_replay
+
+    recording = wc.CastSimulator(scenario).record(plan.cast, plan.cup)
+    if replay is not None:
+        write_replay(recording, replay, plan.predicted_landing)
+        err.print(f"replay: {replay}")
+    if picture is not None:
+        write_picture(recording, picture, plan.predicted_landing)
+        err.print(f"picture: {picture}")
+    return recording.outcome
+
+
+def _show(scenario: wc.Scenario, as_json: bool) -> None:
+    """Play one cast of middling parameters in the browser, over and over, until interrupted."""
+    from wam_cast.cast import cast_bounds, nearest_allowed
+    from wam_cast.evaluation.replay import open_replay
+
+    simulator = wc.CastSimulator(scenario)
+    lower, upper = cast_bounds(scenario)
+    cast = wc.Cast.from_array(nearest_allowed(scenario, (lower + upper) / 2))
+    landing = simulator.simulate(cast).landing
+    if not math.isfinite(landing[0]):
+        raise InputError(
+            "scenario: its middling cast never comes down to the rim plane, there is nothing to show"
+        )
+    meshcat = open_replay(simulator.record(cast, (float(landing[0]), float(landing[1]))))
+    url = meshcat.web_url()
+    if as_json:
+        print_json([{"url": url}])
+    else:
+        out.print(f"{url} shows one cast; stop with Ctrl-C")
+    while True:
+        time.sleep(1)

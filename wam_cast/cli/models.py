@@ -1,0 +1,121 @@
+"""What the command line plans with: a scenario, its dataset and its model, found or made."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import wam_cast as wc
+from wam_cast.cli.output import err, progress
+from wam_cast.errors import InputError
+from wam_cast.files import check_writable
+
+TRAINING_CASTS = 1700
+"""As many as the paper simulated: 1300 to train with, 300 to validate, 100 to test."""
+
+
+def load_scenario(path: Path | None) -> wc.Scenario:
+    """Return the scenario in a file, or the reference scenario."""
+    return wc.Scenario() if path is None else wc.Scenario.from_yaml(path)
+
+
+def scenario_and_model(
+    path: Path | None, model_path: Path | None, train: bool
+) -> tuple[wc.Scenario, wc.ForwardModel]:
+    """Return what to cast in and the model to plan with: the one named, the shipped one if it fits, or the scenario's own.
+
+    The scenario's own lies beside its file.
+    """
+    if model_path is not None:
+        model = wc.ForwardModel.load(model_path, None if path is None else load_scenario(path))
+        return model.scenario, model
+    scenario = load_scenario(path)
+    if path is None or scenario.fingerprint == wc.Scenario().fingerprint:
+        return scenario, wc.reference_model()
+    own = path.with_name(f"{path.stem}-{scenario.fingerprint[:8]}.model")
+    casts = own.with_suffix(".casts")
+    if own.exists():
+        return scenario, wc.ForwardModel.load(own, scenario)
+    if not train:
+        number = str(TRAINING_CASTS)
+        first = ["generate", "--scenario", str(path), "--casts", number, "--out", str(casts)]
+        second = ["fit", str(casts), "--out", str(own)]
+        raise InputError(
+            f"scenario {path} has no model yet: make one with `wam-cast {shlex.join(first)}` and then "
+            f"`wam-cast {shlex.join(second)}`, or add --train to do both now"
+        )
+    check_writable(own)
+    generate(scenario, path, TRAINING_CASTS, 0, casts, None, None)
+    return scenario, fit(casts, own, path)
+
+
+def generate(
+    scenario: wc.Scenario,
+    scenario_path: Path | None,
+    n_casts: int,
+    seed: int,
+    directory: Path,
+    workers: int | None,
+    scheduler: str | None,
+) -> wc.CastDataset:
+    """Generate a dataset under a progress bar; when interrupted, say how to go on."""
+    done = 0
+    with progress("simulating casts", n_casts) as advance, _executor(scheduler) as executor:
+
+        def report(n_done: int, _n_casts: int) -> None:
+            nonlocal done
+            done = n_done
+            advance(n_done)
+
+        try:
+            return wc.generate_dataset(
+                scenario,
+                n_casts,
+                seed,
+                executor=executor,
+                n_workers=workers,
+                directory=directory,
+                on_progress=report,
+            )
+        except KeyboardInterrupt:
+            command = ["generate", "--casts", n_casts, "--seed", seed, "--out", directory]
+            options = {"--scenario": scenario_path, "--workers": workers, "--scheduler": scheduler}
+            for option, value in options.items():
+                if value is not None:
+                    command += [option, value]
+            err.print(
+                f"{done} of {n_casts} casts were simulated; finished parts are kept in {directory}. "
+                f"Go on with: wam-cast {shlex.join(map(str, command))}"
+            )
+            raise
+
+
+def fit(dataset: Path, file: Path, scenario_path: Path | None) -> wc.ForwardModel:
+    """Fit a model to a stored dataset and store it; without a scenario file the dataset's own scenario holds."""
+    check_writable(file)
+    data = wc.CastDataset.load(dataset, None if scenario_path is None else load_scenario(scenario_path))
+    with progress("fitting"):
+        model = wc.ForwardModel.fit(data)
+    model.save(file)
+    return model
+
+
+@contextmanager
+def _executor(scheduler: str | None) -> Iterator[Any]:
+    """Give an executor on a Dask cluster, or none for this machine's processes."""
+    if scheduler is None:
+        yield None
+        return
+    try:
+        from distributed import Client
+    except ImportError:
+        raise InputError("--scheduler needs Dask: pip install 'wam-cast[distributed]'") from None
+    try:
+        client = Client(scheduler, timeout=10)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise InputError(f"--scheduler {scheduler}: no Dask scheduler answers there ({error})") from None
+    with client:
+        yield client.get_executor()

@@ -1,0 +1,166 @@
+"""What the command line prints: tables, JSON, progress."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    SpinnerColumn,
+    TextColumn,
+    TimeRemainingColumn,
+)
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from wam_cast.learning.forward_model import ForwardModel
+    from wam_cast.planning.plan import Plan
+    from wam_cast.system.outcome import Outcome
+
+# Nothing is taken for markup: [m] is a unit, and any name may be a file's.
+out = Console(soft_wrap=True, highlight=False, markup=False, emoji=False)
+err = Console(stderr=True, soft_wrap=True, highlight=False, markup=False, emoji=False)
+
+Record = dict[str, Any]
+
+
+@contextmanager
+def progress(what: str, total: int | None = None) -> Iterator[Callable[[int], None]]:
+    """Show progress on standard error if that is a terminal; give the function that takes how much is done."""
+    columns = [SpinnerColumn(), TextColumn("{task.description}")]
+    if total is not None:
+        columns += [BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()]
+    with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as bar:
+        task = bar.add_task(what, total=total)
+        yield lambda done: bar.update(task, completed=done)
+
+
+def plan_record(plan: Plan) -> Record:
+    """Return what `plan --json` prints of a plan, in SI units."""
+    return {
+        "cup": list(plan.cup),
+        "cast": asdict(plan.cast),
+        "predicted_landing": plan.predicted_landing.tolist(),
+        "predicted_miss": plan.predicted_miss,
+        "predicted_entry_angle": plan.predicted_entry_angle,
+        "is_feasible": plan.is_feasible,
+        "planner": plan.method,
+        "n_evaluations": plan.n_evaluations,
+        "reason": plan.reason,
+    }
+
+
+def throw_record(plan: Plan, outcome: Outcome) -> Record:
+    """Return what `throw --json` prints of a plan and its execution, in SI units."""
+    return {
+        **plan_record(plan),
+        "landing": outcome.landing.tolist(),
+        "miss": outcome.miss,
+        "status": outcome.status.value,
+        "is_caught": outcome.is_caught,
+        "entry_angle": outcome.entry_angle,
+        "entry_speed": outcome.entry_speed,
+        "is_slack": outcome.is_slack,
+        "peak_load": float(outcome.peak_load.max()),
+        "peak_speed": float(outcome.peak_speed.max()),
+        "limits_hit": list(outcome.limits_hit),
+    }
+
+
+def print_json(records: Sequence[Record]) -> None:
+    """Print one object, or a list of several; what is not a number becomes null, which JSON has a word for."""
+
+    def clean(value: Any) -> Any:
+        if isinstance(value, dict):
+            return {key: clean(item) for key, item in value.items()}
+        if isinstance(value, list | tuple):
+            return [clean(item) for item in value]
+        return None if isinstance(value, float) and not math.isfinite(value) else value
+
+    print(json.dumps(clean(records[0] if len(records) == 1 else records), indent=2), flush=True)
+
+
+def print_throws(plans: Sequence[Plan], outcomes: Sequence[Outcome]) -> None:
+    """Print a row for each cup, and below it what a row has no room for."""
+    table = _table("cup\n[m]", "predicted landing\n[m]", "landing\n[m]", "miss\n[mm]", "status")
+    for plan, outcome in zip(plans, outcomes, strict=True):
+        landing, miss = _position(outcome.landing), f"{1e3 * outcome.miss:.1f}"
+        if not math.isfinite(outcome.miss):
+            landing = miss = "-"
+        table.add_row(
+            _position(plan.cup), _position(plan.predicted_landing), landing, miss, outcome.status.value
+        )
+    out.print(table)
+    for plan, outcome in zip(plans, outcomes, strict=True):
+        _print_infeasible(plan)
+        if outcome.limits_hit:
+            out.print(
+                f"cup {_position(plan.cup)}: the arm meets the limit of {', '.join(outcome.limits_hit)}"
+            )
+
+
+def print_plans(plans: Sequence[Plan]) -> None:
+    """Print a row for each cup."""
+    headings = (
+        "cup\n[m]",
+        "distance\n[m]",
+        "speed\n[m/s]",
+        "wait\n[s]",
+        "bearing\n[deg]",
+        "predicted miss\n[mm]",
+    )
+    table = _table(*headings)
+    for plan in plans:
+        cast = plan.cast
+        table.add_row(
+            _position(plan.cup),
+            f"{cast.distance:.4f}",
+            f"{cast.speed:.4f}",
+            f"{cast.wait:.4f}",
+            f"{math.degrees(cast.bearing):.2f}",
+            f"{1e3 * plan.predicted_miss:.1f}",
+        )
+    out.print(table)
+    for plan in plans:
+        _print_infeasible(plan)
+
+
+def print_fit(model: ForwardModel) -> None:
+    """Print how a model was fitted, and how well."""
+    info = model.info
+    nearest, farthest = model.reach
+    headings = ("training\ncasts", "sigma", "validation RMSE\n[mm]", "test RMSE\n[mm]", "reach\n[m]")
+    table = _table(*headings)
+    table.add_row(
+        str(info.n_train),
+        f"{info.sigma:.3f}",
+        f"{1e3 * info.validation_rmse:.2f}",
+        f"{1e3 * info.test_rmse:.2f}",
+        f"{nearest:.3f} to {farthest:.3f}",
+    )
+    out.print(table)
+
+
+def _table(*headings: str) -> Table:
+    table = Table()
+    for heading in headings:
+        table.add_column(heading, no_wrap=True)
+    return table
+
+
+def _position(xy: Any) -> str:
+    # Adding 0 turns a rounded -0 into 0.
+    return ", ".join(f"{round(value, 4) + 0:.4f}" for value in xy)
+
+
+def _print_infeasible(plan: Plan) -> None:
+    if not plan.is_feasible:
+        out.print(f"cup {_position(plan.cup)}: no cast is predicted to land in it ({plan.reason})")

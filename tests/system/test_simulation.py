@@ -1,6 +1,7 @@
 """Casts: the same whoever ran before, converged, symmetric, and judged as the ball went."""
 
 import dataclasses
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from wam_cast.errors import InputError
 from wam_cast.scenario import Scenario
 from wam_cast.system.motion import CastMotion, Stage
 from wam_cast.system.outcome import BallTrack, Outcome, Status, find_crossing
-from wam_cast.system.simulation import CastSimulator, shared_simulator, simulate_cast
+from wam_cast.system.simulation import CastSimulator, simulate_cast
 from wam_cast.system.station import CastStation
 
 CASTS = [
@@ -60,9 +61,11 @@ def test_reused_and_fresh_simulators_give_the_same_cast_into_a_cup(simulator, fr
     assert_identical(simulator.simulate(TYPICAL, cup), fresh)
 
 
-def test_simulate_cast_keeps_one_simulator_a_scenario(free):
-    assert shared_simulator(Scenario()) is shared_simulator(Scenario())
-    assert_identical(simulate_cast(Scenario(), TYPICAL), free[TYPICAL])
+def test_threads_may_simulate_and_get_the_same(free):
+    with ThreadPoolExecutor(4) as threads:
+        outcomes = list(threads.map(lambda _: simulate_cast(Scenario(), TYPICAL), range(8)))
+    for outcome in outcomes:
+        assert_identical(outcome, free[TYPICAL])
 
 
 # ---------------------------------------------------------------- accuracy

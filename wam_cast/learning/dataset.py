@@ -184,10 +184,10 @@ def generate_dataset(
 def simulate_row(scenario: Scenario, seed: int, row: int) -> Row:
     """Simulate one row of a dataset and return its columns; what workers run."""
     # Only who simulates needs Drake; loading a dataset does without.
-    from wam_cast.system.simulation import shared_simulator
+    from wam_cast.system.simulation import simulate_cast
 
     cast = sample_cast(scenario, seed, row)
-    outcome = shared_simulator(scenario).simulate(cast)
+    outcome = simulate_cast(scenario, cast)
     return _cast_columns(row, cast) | {
         "landing_along": outcome.landing_along,
         "landing_across": outcome.landing_across,

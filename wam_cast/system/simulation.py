@@ -418,18 +418,19 @@ def _diverged() -> Outcome:
     )
 
 
-def shared_simulator(scenario: Scenario) -> CastSimulator:
-    """Return the simulator of `scenario` that this thread keeps."""
-    return _simulator_of_thread(scenario, threading.get_ident())
-
-
-@lru_cache(maxsize=8)
-def _simulator_of_thread(scenario: Scenario, _thread: int) -> CastSimulator:
+@lru_cache(maxsize=4)
+def _shared_simulator(scenario: Scenario) -> CastSimulator:
+    """Return the simulator of `scenario` that this process keeps."""
     return CastSimulator(scenario)
 
 
+_one_at_a_time = threading.Lock()
+
+
 def simulate_cast(scenario: Scenario, cast: Cast, cup: tuple[float, float] | None = None) -> Outcome:
-    """Simulate one cast.
+    """Simulate one cast, in a simulator that is kept for the next ones.
+
+    Threads take turns, since Drake's Python systems are not made for several at once; use processes to go faster.
 
     Parameters
     ----------
@@ -443,4 +444,5 @@ def simulate_cast(scenario: Scenario, cast: Cast, cup: tuple[float, float] | Non
     InputError
         If the cup's position is not a pair of finite numbers, or the arm cannot turn to the cast's bearing.
     """
-    return shared_simulator(scenario).simulate(cast, cup)
+    with _one_at_a_time:
+        return _shared_simulator(scenario).simulate(cast, cup)

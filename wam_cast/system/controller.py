@@ -28,15 +28,16 @@ class _Reference:
         self.rest_state = np.concatenate([q_posture, np.zeros(N_ARM)])
 
 
-class _ArmContext:
+class _Scratch:
     """Holds a context of the arm's plant; a plain object, since Drake's values cannot hold a Context from Python."""
 
-    def __init__(self, context: Any) -> None:
-        self.context = context
+    def __init__(self, plant: Any) -> None:
+        self.plant = plant
+        self.context = plant.CreateDefaultContext()
 
-    def __deepcopy__(self, memo: Any) -> _ArmContext:
-        # A cloned diagram context counts as up to date: it needs the same arm state, but not the same arm context.
-        return _ArmContext(self.context.Clone())
+    def __deepcopy__(self, memo: Any) -> _Scratch:
+        # A cloned diagram context must not share the arm's context with the one that it came from.
+        return _Scratch(self.plant)
 
 
 def saturate(torque: NDArray[np.float64], limits: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -100,13 +101,13 @@ class CastController(LeafSystem):
             ),
             prerequisites_of_calc={cast_ticket},
         )
-        self._arm = self.DeclareCacheEntry(
-            description="arm context",
+        # Not a result but a place to compute in, one for each context: whoever uses it sets the arm's state first.
+        self._scratch = self.DeclareCacheEntry(
+            description="scratch context of the arm",
             value_producer=ValueProducer(
-                allocate=lambda: AbstractValue.Make(_ArmContext(self._plant.CreateDefaultContext())),
-                calc=self._calc_arm,
+                allocate=lambda: AbstractValue.Make(_Scratch(self._plant)), calc=lambda _context, _value: None
             ),
-            prerequisites_of_calc={state_ticket},
+            prerequisites_of_calc={self.nothing_ticket()},
         )
         time_ticket = self.time_ticket()
         self.DeclareVectorOutputPort(
@@ -131,12 +132,10 @@ class CastController(LeafSystem):
         q_posture = starting_posture(self._plant, self._scenario, cast.bearing)
         value.set_value(_Reference(CastMotion(self._scenario.motion, cast), q_posture))
 
-    def _calc_arm(self, context: Any, value: Any) -> None:
-        self._plant.SetPositionsAndVelocities(value.get_value().context, self._input.Eval(context))
-
     def _hand_kinematics(self, context: Any) -> tuple[Any, Any, NDArray[np.float64]]:
         """Return the arm's context, p_WE (3,) and Jv_WE (3, 7)."""
-        arm = self._arm.Eval(context).context
+        arm = self._scratch.Eval(context).context
+        self._plant.SetPositionsAndVelocities(arm, self._input.Eval(context))
         p_WE = self._hand_body.EvalPoseInWorld(arm).translation()
         Jv_WE = self._plant.CalcJacobianTranslationalVelocity(
             arm, JacobianWrtVariable.kV, self._hand_frame, _ORIGIN, self._world_frame, self._world_frame

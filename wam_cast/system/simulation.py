@@ -227,9 +227,13 @@ class CastSimulator:
             speed = float(np.linalg.norm(v_WL))
             if not speed < MAX_SPEED:
                 raise _BreakdownError(f"the ball's speed is {speed} m/s")
+            if p_WL[2] > self.scenario.cup.rim_height:
+                run.high_until = run.high_until if run.was_low else n * period
+            elif run.cup is None:
+                return
+            else:
+                run.was_low = True
             if run.cup is None:
-                if p_WL[2] <= self.scenario.cup.rim_height:
-                    return
                 continue
             gap, per_period = self._gap(p_WL, run.cup), speed * period + 2e-4
             if gap < CONTACT_LOOK_PERIODS * per_period:
@@ -322,10 +326,10 @@ class CastSimulator:
         if run.breakdown is not None:
             return _diverged()
         times, states, torques = self._logs(run)
-        # Before the drop the ball cannot come down to the rim.
-        low = times >= run.motion.stage_ends[1]
-        p_WL, v_WL, p_WE = self._kinematics(states[low])
-        track = BallTrack(times[low], p_WL, v_WL)
+        # Kinematics cost: up to its first look below the rim plane the ball was seen above it.
+        end = slice(int(np.searchsorted(times, run.high_until - 1e-9)), None)
+        p_WL, v_WL, p_WE = self._kinematics(states[end])
+        track = BallTrack(times[end], p_WL, v_WL)
         crossing = find_crossing(track, self.scenario.cup.rim_height)
         load = motor_load(torques, self._torque_limits).max(axis=0)
         speed = (np.abs(states[:, self._n_q : self._n_q + N_ARM]) / self._speed_limits).max(axis=0)
@@ -392,6 +396,8 @@ class _Run:
     cast: Cast
     cup: tuple[float, float] | None
     motion: CastMotion
+    high_until: float = 0.0
+    was_low: bool = False
     in_scene: bool = False
     is_at_rest: bool = False
     is_carried: bool = False

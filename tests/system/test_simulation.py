@@ -313,7 +313,7 @@ def test_simulator_works_after_a_broken_simulation(simulator, free, monkeypatch)
 
 def test_state_that_is_not_finite_breaks_no_recording(monkeypatch):
     # Undamped and at too long a step the string blows up within a cast, past the largest number that a float holds.
-    monkeypatch.setattr(CastSimulator, "_flight_step", lambda self: 0.002)
+    monkeypatch.setattr("wam_cast.system.simulation.flight_step", lambda station: 0.002)
     broken = CastSimulator(scenario(string={"n_links": 20, "bending_damping": 0.0}))
     recording = broken.record(TYPICAL)
     assert recording.outcome.status is Status.DIVERGED

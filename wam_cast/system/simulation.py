@@ -18,10 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 
-from wam_cast.arm_model import arm_coulomb_friction
 from wam_cast.cast import Cast, checked_cup
 from wam_cast.scenario import Scenario
 from wam_cast.system.controller import motor_load
+from wam_cast.system.flight_step import flight_step
 from wam_cast.system.motion import CastMotion
 from wam_cast.system.outcome import (
     REST_RISE,
@@ -38,7 +38,7 @@ from wam_cast.system.outcome import (
     to_casting_plane,
 )
 from wam_cast.system.plant import N_ARM
-from wam_cast.system.station import FRICTION_SPEED, CastStation
+from wam_cast.system.station import CastStation
 
 Array = NDArray[np.float64]
 
@@ -47,9 +47,6 @@ LOOK_PERIODS = 10
 
 CONTACT_LOOK_PERIODS = 3
 """The same near the cup; longer than an impact, so that a ball at an impact's turning point does not pass for one at rest."""
-
-MAX_GROWTH = 5.0
-"""What the flight's integrator may add to the rate of any mode [1/s]: a vibration too small to see stays so for a cast."""
 
 MAX_SPEED = 100.0
 """A ball that is faster [m/s] belongs to a simulation that broke down."""
@@ -113,58 +110,13 @@ class CastSimulator:
             plant.GetPositionUpperLimits()[:N_ARM],
         )
         self._torque_limits = plant.GetEffortUpperLimits()
-        self.step = self._flight_step()
+        self.step = flight_step(self._flight)
         ResetIntegratorFromFlags(self._flight_simulator, "runge_kutta2", self.step)
 
     @cached_property
     def _scene(self) -> tuple[CastStation, Any]:
         station = CastStation(self.scenario, has_scene=True)
         return station, Simulator(station.diagram)
-
-    def _flight_step(self) -> float:
-        """Return the longest step [s] that divides the control period and neither damping nor vibration make unstable.
-
-        A step h of a method of second order multiplies a mode of eigenvalue s by 1 + s h + (s h)^2 / 2: too long a step
-        blows up what is damped fast, and any step what is not damped at all. The modes are those of the hanging string;
-        folded ones were seen to decay, and pulled ones vibrate, half as fast again.
-        """
-        modes = 1.5 * self._modes()
-        period = self.scenario.controller.period
-        n = math.ceil(period / self.scenario.simulation.max_step - 1e-9)
-        while (
-            np.log(np.abs(1 + modes * period / n + (modes * period / n) ** 2 / 2)).max()
-            > MAX_GROWTH * period / n
-        ):
-            n += 1
-        return period / n
-
-    def _modes(self) -> NDArray[np.complex128]:
-        """Return the eigenvalues [1/s] of small motions about the hanging string, the arm being free of its controller."""
-        plant, context = self._flight.plant, self._scratch
-        station_context = self._flight.diagram.CreateDefaultContext()
-        self._flight.set_start(station_context, Cast(0.3, 0.6, 0.1))
-        q = plant.GetPositions(plant.GetMyContextFromRoot(station_context))
-        n = plant.num_velocities()
-        damping = np.zeros(n)
-        for index in plant.GetJointIndices():
-            joint = plant.get_joint(index)
-            start = joint.velocity_start()
-            damping[start : start + joint.num_velocities()] = joint.default_damping_vector()
-        damping[:N_ARM] += self.scenario.arm.coulomb_friction * arm_coulomb_friction() / FRICTION_SPEED
-        stiffness = np.zeros((n, n))  # gravity's, on the string; that on the arm is the controller's to carry
-        for i in range(N_ARM, n):
-            moved = q + 1e-6 * np.eye(n)[i]
-            plant.SetPositions(context, moved)
-            stiffness[N_ARM:, i] = -1e6 * plant.CalcGravityGeneralizedForces(context)[N_ARM:]
-        plant.SetPositions(context, q)
-        mass = plant.CalcMassMatrix(context)
-        system = np.block(
-            [
-                [np.zeros((n, n)), np.eye(n)],
-                [-np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, np.diag(damping))],
-            ]
-        )
-        return np.asarray(np.linalg.eigvals(system), dtype=complex)
 
     def simulate(self, cast: Cast, cup: tuple[float, float] | None = None) -> Outcome:
         """Simulate `cast`: with a cup at world (x, y) [m] until the ball rests or has missed, else to the landing."""

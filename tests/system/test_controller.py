@@ -123,6 +123,20 @@ def test_torque_is_the_law_in_closed_form(controller, arm, state, time):
     np.testing.assert_allclose(found, expected, atol=1e-10, rtol=0)
 
 
+def test_straight_arm_gets_a_torque_of_ordinary_size(controller, arm):
+    # It cannot push along itself: J J^T is singular, and the posture must do with the forces that are left.
+    q = np.zeros(7)
+    J = arm.exact_jacobian(q)
+    assert np.linalg.matrix_rank(J) == 2
+    p_desired, v_desired = CastMotion(SOFT.motion, CAST).evaluate(0.3)
+    u_x = 60.0 * (p_desired - arm.hand_position(q)) + 17.0 * v_desired
+    pull = np.array([2.0, 3.0, 4.0, 5.0, 0.6, 0.7, 0.08]) * start_by_search(arm, SOFT, CAST.bearing)
+    expected = J.T @ u_x + arm.holding_torque(q) + pull - J.T @ np.linalg.pinv(J.T) @ pull
+    assert np.all(np.abs(expected) < 60)
+    found = outputs(controller, context_of(controller, np.zeros(14)))["actuation"]
+    np.testing.assert_allclose(found, saturate(expected, controller.torque_limits), atol=1e-6)
+
+
 def start_by_search(arm, scenario, bearing):
     """Return the starting posture by Newton's method on the test's own arm, in place of the law of cosines."""
     q = np.array([-bearing, 0.0, 0.0, 2.9, 0.0, scenario.arm.wrist_pitch, 0.0])

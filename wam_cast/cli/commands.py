@@ -18,7 +18,7 @@ import typer
 
 import wam_cast as wc
 from wam_cast.cli import models, output
-from wam_cast.cli.output import err, out, print_json
+from wam_cast.cli.output import err, out, print_json, progress
 from wam_cast.errors import InputError
 from wam_cast.files import check_writable
 
@@ -91,11 +91,14 @@ def throw(
     cups = [_parse_cup(text) for text in cup]
     _check_outputs(len(cups), replay, picture)
     setting, forward = models.scenario_and_model(scenario, model, train)
-    plans = [wc.plan_cast(forward, position, planner.value) for position in cups]
-    if replay or picture:
-        outcomes = [_record(setting, plan, replay, picture) for plan in plans]
-    else:
-        outcomes = [wc.simulate_cast(setting, plan.cast, plan.cup) for plan in plans]
+    plans, outcomes = _plans(forward, cups, planner), []
+    with progress("casting", len(plans)) as advance:
+        for done, one in enumerate(plans, 1):
+            if replay or picture:
+                outcomes.append(_record(setting, one, replay, picture))
+            else:
+                outcomes.append(wc.simulate_cast(setting, one.cast, one.cup))
+            advance(done)
     if as_json:
         print_json([output.throw_record(*pair) for pair in zip(plans, outcomes, strict=True)])
     else:
@@ -116,7 +119,7 @@ def plan(
     """Plan a cast for each cup, without executing it."""
     cups = [_parse_cup(text) for text in cup]
     _, forward = models.scenario_and_model(scenario, model, train)
-    plans = [wc.plan_cast(forward, position, planner.value) for position in cups]
+    plans = _plans(forward, cups, planner)
     if as_json:
         print_json([output.plan_record(one) for one in plans])
     else:
@@ -246,6 +249,15 @@ def _parse_cup(text: str) -> tuple[float, float]:
     return x, y
 
 
+def _plans(model: wc.ForwardModel, cups: list[tuple[float, float]], planner: Planner) -> list[Plan]:
+    plans = []
+    with progress("planning", len(cups)) as advance:
+        for done, cup in enumerate(cups, 1):
+            plans.append(wc.plan_cast(model, cup, planner.value))
+            advance(done)
+    return plans
+
+
 def _check_outputs(n_cups: int, replay: Path | None, picture: Path | None) -> None:
     """Refuse, before any work is done, what `throw` could not write after it."""
     from wam_cast.evaluation.output import picture_format
@@ -281,15 +293,16 @@ def _show(scenario: wc.Scenario, as_json: bool) -> None:
     from wam_cast.cast import cast_bounds, nearest_allowed
     from wam_cast.evaluation.replay import open_replay
 
-    simulator = wc.CastSimulator(scenario)
     lower, upper = cast_bounds(scenario)
     cast = wc.Cast.from_array(nearest_allowed(scenario, (lower + upper) / 2))
-    landing = simulator.simulate(cast).landing
-    if not math.isfinite(landing[0]):
-        raise InputError(
-            "scenario: its middling cast never comes down to the rim plane, there is nothing to show"
-        )
-    meshcat = open_replay(simulator.record(cast, (float(landing[0]), float(landing[1]))))
+    with progress("casting"):
+        simulator = wc.CastSimulator(scenario)
+        landing = simulator.simulate(cast).landing
+        if not math.isfinite(landing[0]):
+            raise InputError(
+                "scenario: its middling cast never comes down to the rim plane, there is nothing to show"
+            )
+        meshcat = open_replay(simulator.record(cast, (float(landing[0]), float(landing[1]))))
     url = meshcat.web_url()
     if as_json:
         print_json([{"url": url}])

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from rich.console import Console
 from rich.progress import (
     BarColumn,
@@ -69,8 +70,8 @@ def throw_record(plan: Plan, outcome: Outcome) -> Record:
         "entry_angle": outcome.entry_angle,
         "entry_speed": outcome.entry_speed,
         "is_slack": outcome.is_slack,
-        "peak_load": float(outcome.peak_load.max()),
-        "peak_speed": float(outcome.peak_speed.max()),
+        "peak_load": float(np.max(outcome.peak_load)),
+        "peak_speed": float(np.max(outcome.peak_speed)),
         "limits_hit": list(outcome.limits_hit),
     }
 

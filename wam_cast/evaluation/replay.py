@@ -171,7 +171,7 @@ def _record_path(
         span = slice(start, end + 1)
         for stage, piece in stage_pieces(recording.stages[span]):
             points = p_WQ[span][piece]
-            if len(points) < 2 or np.ptp(points, axis=0).max() < 1e-4:
+            if len(points) < 2 or np.max(np.ptp(points, axis=0)) < 1e-4:
                 continue
             few = np.linspace(0, len(points) - 1, min(len(points), N_RINGS)).round().astype(int)
             path = f"/paths/{name}/{frame}_{stage_name(stage)}"

@@ -144,9 +144,9 @@ def generate_dataset(
     scenario, n_casts, seed
         What is cast, how often, and which casts are drawn.
     executor
-        Runs the simulations: a Dask cluster's `Client.get_executor()`, `MPIPoolExecutor`, or any other. Threads are safe, but
-        take turns. By default processes on this machine; then a cast that brings down its process becomes a row of status
-        "diverged".
+        Runs the simulations: a Dask cluster's `Client.get_executor()`, `MPIPoolExecutor`, or any other. Threads gain nothing:
+        they take turns. By default processes on this machine; then a cast that brings down its process becomes a row of
+        status "diverged".
     n_workers
         Number of these processes, by default one for each processor.
     directory

@@ -25,6 +25,10 @@ LONGEST_MISS = 0.01
 """A plan is feasible if its predicted landing is no farther from the cup's axis [m]: where the paper stops (Section 2.5)."""
 
 
+BEARING_MARGIN = 0.01
+"""How far from its stops [rad] joint 1 stays: a cast moves it by a little."""
+
+
 class Predictor(Protocol):
     """What planners know of a forward model. It works in the casting plane; casts are rows `[distance, speed, wait]`."""
 
@@ -145,6 +149,7 @@ def _within_reach(model: Predictor, cup: tuple[float, float]) -> tuple[float, fl
             f"choose a distance from {_inside(nearest, farthest, 3)} m"
         )
     lowest, highest = bearing_limits()
+    lowest, highest = lowest + BEARING_MARGIN, highest - BEARING_MARGIN
     if not lowest <= bearing <= highest:
         raise InputError(
             f"cup = ({cup[0]:g}, {cup[1]:g}) is at a bearing of {math.degrees(bearing):.4g} degrees, where joint 1 cannot "

@@ -150,7 +150,9 @@ class CastController(LeafSystem):
         u_x = self._kp * (p_desired - p_WE) + self._kd * (v_desired - J @ state[N_ARM:])
         posture = self._posture_gain @ (reference.rest_state - state)
         # dposv solves a positive definite system without the checks that cost numpy.linalg.solve most of its time.
-        force_of_posture = dposv(J @ J.T, J @ posture)[1]
+        _, force_of_posture, failed = dposv(J @ J.T, J @ posture)
+        if failed:  # a straight arm cannot push along itself
+            force_of_posture = np.linalg.lstsq(J.T, posture)[0]
         gravity = -self._plant.CalcGravityGeneralizedForces(arm)
         u_q = J.T @ (u_x - force_of_posture) + posture + gravity
         output.SetFromVector(saturate(u_q, self.torque_limits))

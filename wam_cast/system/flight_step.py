@@ -9,11 +9,15 @@ from numpy.typing import NDArray
 
 from wam_cast.arm_model import arm_coulomb_friction
 from wam_cast.cast import Cast
+from wam_cast.errors import InputError
 from wam_cast.system.plant import N_ARM
 from wam_cast.system.station import FRICTION_SPEED, CastStation
 
 MAX_GROWTH = 5.0
 """What the integrator may add to the rate of any mode [1/s]: a vibration too small to see stays so for a cast."""
+
+SHORTEST_STEP = 1e-6
+"""Shorter steps [s] would make a cast take minutes."""
 
 HASTE = 1.5
 """How much faster than the hanging string's modes those of a folded one were seen to decay, and of a pulled one to vibrate."""
@@ -35,6 +39,11 @@ def flight_step(station: CastStation) -> float:
     n_steps = math.ceil(period / station.scenario.simulation.max_step - 1e-9)
     while growth(n_steps) > MAX_GROWTH:
         n_steps += 1
+        if period / n_steps < SHORTEST_STEP:
+            raise InputError(
+                f"string: needs integration steps below {SHORTEST_STEP:g} s, too many to simulate; choose more string.mass, "
+                "less string.bending_damping or string.hook_damping, or fewer string.n_links"
+            )
     return period / n_steps
 
 

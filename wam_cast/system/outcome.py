@@ -43,7 +43,7 @@ class Status(StrEnum):
     CAME_OUT = "came_out"
     """It was inside and came out again."""
     NOT_SETTLED = "not_settled"
-    """At the end of the hold it was still moving, inside or above the cup."""
+    """At the end of the hold it was still moving inside the cup, or had not come to lie anywhere."""
     NEVER_CROSSED = "never_crossed"
     """The ball did not come down to the rim plane before the end of the hold."""
     LIMIT_HIT = "limit_hit"
@@ -79,7 +79,8 @@ class Outcome:
     status
         See `Status`.
     landing
-        World (x, y) [m] where the ball's centre first came down through the rim plane, shape (2,); nan if it never did.
+        World (x, y) [m] where the ball's centre first came down through the rim plane, shape (2,); nan if it never did. The cup
+        does not count: it is where the ball would have come down without one, though the rim turned it aside before.
     landing_along, landing_across
         The same in the casting plane's axes [m]: from the base axis outward, and to its left.
     crossing_time

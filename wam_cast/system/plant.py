@@ -219,6 +219,16 @@ def starting_posture(arm_plant: Any, scenario: Scenario, bearing: float = 0.0) -
     turned_fore = np.array([[np.cos(q4), np.sin(q4)], [-np.sin(q4), np.cos(q4)]]) @ fore
     q2 = _pitch(target) - _pitch(upper + turned_fore)
     q = np.array([-bearing, q2, 0.0, q4, 0.0, scenario.arm.wrist_pitch, 0.0])
+    longest = 0.98 * (upper_length + float(np.linalg.norm(fore)))
+    for height in (motion.start_height, motion.start_height - motion.drop_distance):
+        below = scenario.arm.mount_height - shoulder[1] - height
+        needed = float(np.hypot(motion.start_radius + scenario.bounds.distance[1], below))
+        if needed > longest:
+            raise InputError(
+                f"bounds.distance = {list(scenario.bounds.distance)}: at its longest move the hand would be {needed:.3f} m from "
+                f"the shoulder at a height of {height:g} m, the arm allows {longest:.3f} m; lower the second number, or "
+                "motion.start_radius or motion.drop_distance"
+            )
     lower, upper_limit = arm_plant.GetPositionLowerLimits(), arm_plant.GetPositionUpperLimits()
     for i in np.flatnonzero((q < lower) | (q > upper_limit)):
         what = "cast.bearing" if i == 0 else "motion.start_radius or motion.start_height"

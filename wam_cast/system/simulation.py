@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import math
 import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
@@ -17,10 +19,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
+from pydrake.systems.framework import LeafSystem
 
 from wam_cast.cast import Cast, checked_cup
 from wam_cast.scenario import Scenario
-from wam_cast.system.controller import motor_load
+from wam_cast.system.controller import CastController, motor_load
 from wam_cast.system.flight_step import flight_step
 from wam_cast.system.motion import CastMotion
 from wam_cast.system.outcome import (
@@ -92,12 +95,16 @@ class CastRecording:
 class CastSimulator:
     """Simulates casts of one scenario; building it takes longer than a cast, so keep it.
 
-    Outcomes do not depend on what was simulated before.
+    Outcomes do not depend on what was simulated before. `make_controller` makes a controller of your own from the scenario, see
+    `CastStation`.
     """
 
-    def __init__(self, scenario: Scenario) -> None:
+    def __init__(
+        self, scenario: Scenario, *, make_controller: Callable[[Scenario], LeafSystem] = CastController
+    ) -> None:
         self.scenario = scenario
-        self._flight = CastStation(scenario, has_scene=False)
+        self._make_controller = make_controller
+        self._flight = CastStation(scenario, has_scene=False, controller=make_controller(scenario))
         self._flight_simulator = Simulator(self._flight.diagram)
         plant = self._flight.plant
         self._scratch = plant.CreateDefaultContext()
@@ -115,7 +122,7 @@ class CastSimulator:
 
     @cached_property
     def _scene(self) -> tuple[CastStation, Any]:
-        station = CastStation(self.scenario, has_scene=True)
+        station = CastStation(self.scenario, has_scene=True, controller=self._make_controller(self.scenario))
         return station, Simulator(station.diagram)
 
     def simulate(self, cast: Cast, cup: tuple[float, float] | None = None) -> Outcome:
@@ -126,14 +133,12 @@ class CastSimulator:
         """Simulate `cast` as `simulate` does, then on to the end of the return, and keep all of it."""
         run = self._run(cast, cup)
         outcome = self._judge(run)
-        if cup is not None and outcome.status is not Status.DIVERGED:
-            _, simulator = self._scene
-            if not run.in_scene:
-                self._enter_scene(run)
-            simulator.AdvanceTo(float(run.motion.stage_ends[-1]))
+        if cup is not None and run.breakdown is None:
+            with self._noticing_breakdown(run):
+                if run.scene_start is None:
+                    self._enter_scene(run)
+                self._scene[1].AdvanceTo(float(run.motion.stage_ends[-1]))
         times, states, torques = self._logs(run)
-        finite = np.isfinite(states).all(axis=1)
-        times, states, torques = times[finite], states[finite], torques[finite]
         p_WL, v_WL, p_WE = self._kinematics(states)
         p_WE_desired = np.array([run.motion.evaluate(t)[0] for t in times])
         stages = np.array([run.motion.stage(t) for t in times])
@@ -145,25 +150,40 @@ class CastSimulator:
         if cup is not None:
             cup = checked_cup(cup)
         run = _Run(cast, cup, CastMotion(self.scenario.motion, cast))
-        try:
+        with self._noticing_breakdown(run):
             self._fly(run)
-            if run.in_scene:
+            if run.scene_start is not None:
                 self._settle(run)
+        return run
+
+    @contextmanager
+    def _noticing_breakdown(self, run: _Run) -> Iterator[None]:
+        try:
+            # Numbers that run away overflow on their way out, which numpy need not tell.
+            with np.errstate(over="ignore", invalid="ignore"):
+                yield
         except (RuntimeError, SystemExit) as error:
             # Drake reports a state that is no longer finite by one or the other, depending on who notices first.
             if not isinstance(error, _BreakdownError) and not self._is_broken(run):
                 raise
             run.breakdown = str(error)
-        return run
 
     def _is_broken(self, run: _Run) -> bool:
         """Return whether the state left all bounds, as it does when an integration becomes unstable."""
-        simulator = self._scene[1] if run.in_scene else self._flight_simulator
-        state = simulator.get_context().get_continuous_state_vector().CopyToVector()
-        return not np.all(np.abs(state) < MAX_STATE)
+        simulators = (
+            [self._flight_simulator] if run.scene_start is None else [self._flight_simulator, self._scene[1]]
+        )
+        states = [
+            simulator.get_context().get_continuous_state_vector().CopyToVector() for simulator in simulators
+        ]
+        return not np.all(np.abs(states) < MAX_STATE)
 
     def _fly(self, run: _Run) -> None:
-        """Advance until the ball has crossed the rim plane, or can touch something, or the hold is over."""
+        """Advance until the ball has crossed the rim plane and, with a cup, is near something that it can touch.
+
+        There the state is handed over to the station with contact. The flight goes on to the landing all the same: the
+        model learns where the ball comes down, and what the rim makes of it must not count.
+        """
         simulator = self._flight_simulator
         context = simulator.get_mutable_context()
         self._flight.set_start(context, run.cast)
@@ -179,19 +199,16 @@ class CastSimulator:
             speed = float(np.linalg.norm(v_WL))
             if not speed < MAX_SPEED:
                 raise _BreakdownError(f"the ball's speed is {speed} m/s")
-            if p_WL[2] > self.scenario.cup.rim_height:
-                run.high_until = run.high_until if run.was_low else n * period
-            elif run.cup is None:
+            run.was_low |= bool(p_WL[2] <= self.scenario.cup.rim_height)
+            if not run.was_low:
+                run.high_until = n * period
+            if run.cup is not None and run.scene_start is None:
+                gap, per_period = self._gap(p_WL, run.cup), speed * period + 2e-4
+                if gap < CONTACT_LOOK_PERIODS * per_period:
+                    self._enter_scene(run)
+                n_look = LOOK_PERIODS if gap > 2 * LOOK_PERIODS * per_period else CONTACT_LOOK_PERIODS
+            if run.was_low and (run.cup is None or run.scene_start is not None):
                 return
-            else:
-                run.was_low = True
-            if run.cup is None:
-                continue
-            gap, per_period = self._gap(p_WL, run.cup), speed * period + 2e-4
-            if gap < CONTACT_LOOK_PERIODS * per_period:
-                self._enter_scene(run)
-                return
-            n_look = LOOK_PERIODS if gap > 2 * LOOK_PERIODS * per_period else CONTACT_LOOK_PERIODS
 
     def _gap(self, p_WL: Array, cup: tuple[float, float]) -> float:
         """Return the distance [m] between the ball's surface and the floor or a solid cylinder as large as the cup."""
@@ -216,7 +233,7 @@ class CastSimulator:
         ResetIntegratorFromFlags(simulator, "runge_kutta3", self.scenario.simulation.max_step)
         simulator.get_mutable_integrator().set_target_accuracy(self.scenario.simulation.contact_accuracy)
         simulator.Initialize()
-        run.in_scene = True
+        run.scene_start = source.get_time()
 
     def _settle(self, run: _Run) -> None:
         """Advance until the ball rests in the cup, lies outside of it, or the hold is over."""
@@ -256,13 +273,17 @@ class CastSimulator:
         return p_CL, speed, touches_cup
 
     def _logs(self, run: _Run) -> tuple[Array, Array, Array]:
-        logs = self._flight.logged(self._flight_simulator.get_context())
-        if not run.in_scene:
-            return logs
-        station, simulator = self._scene
-        # The scene's first sample is the state that it was handed: the flight's last one.
-        later = station.logged(simulator.get_context())
-        return tuple(np.concatenate([a, b[1:]]) for a, b in zip(logs, later, strict=True))  # type: ignore[return-value]
+        """Return times, states and torques of the flight up to the hand-over and of the scene after it, while they were finite."""
+        logs = list(self._flight.logged(self._flight_simulator.get_context()))
+        if run.scene_start is not None:
+            station, simulator = self._scene
+            n_flight = int(np.searchsorted(logs[0], run.scene_start + 1e-9))
+            # The scene's first sample is the state that it was handed: the flight's last one.
+            later = station.logged(simulator.get_context())
+            logs = [np.concatenate([a[:n_flight], b[1:]]) for a, b in zip(logs, later, strict=True)]
+        finite = np.all(np.abs(logs[1]) < MAX_STATE, axis=1)
+        times, states, torques = (log[finite] for log in logs)
+        return times, states, torques
 
     def _kinematics(self, states: Array) -> tuple[Array, Array, Array]:
         """Return p_WL, v_WL and p_WE of `states`, each of shape (n, 3)."""
@@ -275,33 +296,24 @@ class CastSimulator:
         return result[0], result[1], result[2]
 
     def _judge(self, run: _Run) -> Outcome:
-        if run.breakdown is not None:
-            return _diverged()
         times, states, torques = self._logs(run)
-        # Kinematics cost: up to its first look below the rim plane the ball was seen above it.
-        end = slice(int(np.searchsorted(times, run.high_until - 1e-9)), None)
-        p_WL, v_WL, p_WE = self._kinematics(states[end])
-        track = BallTrack(times[end], p_WL, v_WL)
-        crossing = find_crossing(track, self.scenario.cup.rim_height)
         load = motor_load(torques, self._torque_limits).max(axis=0)
         speed = (np.abs(states[:, self._n_q : self._n_q + N_ARM]) / self._speed_limits).max(axis=0)
         limits_hit = self._limits_hit(states[:, :N_ARM], load, speed)
-        status = self._status(run, crossing, p_WL)
-        if limits_hit:
-            status = Status.LIMIT_HIT
+        crossing, is_slack = (None, False) if run.breakdown is not None else self._landing(run)
         nothing = np.full(3, np.nan)
         landing = nothing[:2] if crossing is None else crossing.p_WL[:2]
         velocity = nothing if crossing is None else crossing.v_WL
         along, across = to_casting_plane(landing, run.cast.bearing)
         return Outcome(
-            status=status,
+            status=self._status(run, crossing, limits_hit),
             landing=landing,
             landing_along=along,
             landing_across=across,
             crossing_time=math.nan if crossing is None else crossing.time,
             entry_velocity=velocity,
             entry_angle=angle_from_vertical(velocity),
-            is_slack=crossing is not None and self._is_slack(crossing, track.times, p_WE),
+            is_slack=is_slack,
             miss=math.nan if run.cup is None else float(np.linalg.norm(landing - run.cup)),
             peak_load=load,
             peak_speed=speed,
@@ -310,11 +322,27 @@ class CastSimulator:
             end_time=float(times[-1]),
         )
 
-    def _status(self, run: _Run, crossing: Crossing | None, p_WL: Array) -> Status:
+    def _landing(self, run: _Run) -> tuple[Crossing | None, bool]:
+        """Return the flight's crossing of the rim plane, and whether the string was slack there."""
+        times, states, _ = self._flight.logged(self._flight_simulator.get_context())
+        # Kinematics cost: at all looks but the last ones the ball was seen above the plane.
+        end = slice(int(np.searchsorted(times, run.high_until - 1e-9)), None)
+        p_WL, v_WL, p_WE = self._kinematics(states[end])
+        crossing = find_crossing(BallTrack(times[end], p_WL, v_WL), self.scenario.cup.rim_height)
+        return crossing, crossing is not None and self._is_slack(crossing, times[end], p_WE)
+
+    def _status(self, run: _Run, crossing: Crossing | None, limits_hit: tuple[str, ...]) -> Status:
+        if run.breakdown is not None:
+            return Status.DIVERGED
+        if limits_hit:
+            return Status.LIMIT_HIT
         if crossing is None:
             return Status.NEVER_CROSSED
         if run.cup is None:
             return Status.LANDED
+        times, states, _ = self._logs(run)
+        since = run.high_until if run.scene_start is None else min(run.high_until, run.scene_start)
+        p_WL, _, _ = self._kinematics(states[times >= since - 1e-9])
         c, s = math.cos(run.cast.bearing), math.sin(run.cast.bearing)
         R_CW = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
         p_CL = (p_WL - [*run.cup, self.scenario.cup.rim_height]) @ R_CW.T
@@ -350,30 +378,10 @@ class _Run:
     motion: CastMotion
     high_until: float = 0.0
     was_low: bool = False
-    in_scene: bool = False
+    scene_start: float | None = None
     is_at_rest: bool = False
     is_carried: bool = False
     breakdown: str | None = None
-
-
-def _diverged() -> Outcome:
-    nothing = np.full(7, np.nan)
-    return Outcome(
-        status=Status.DIVERGED,
-        landing=nothing[:2],
-        landing_along=math.nan,
-        landing_across=math.nan,
-        crossing_time=math.nan,
-        entry_velocity=nothing[:3],
-        entry_angle=math.nan,
-        is_slack=False,
-        miss=math.nan,
-        peak_load=nothing,
-        peak_speed=nothing,
-        peak_tracking_error=math.nan,
-        limits_hit=(),
-        end_time=math.nan,
-    )
 
 
 @lru_cache(maxsize=4)

@@ -13,6 +13,7 @@ from pydrake.systems.primitives import Adder, LogVectorOutput, MatrixGain, Satur
 
 from wam_cast.arm_model import arm_coulomb_friction
 from wam_cast.cast import Cast
+from wam_cast.errors import InputError
 from wam_cast.scenario import Scenario
 from wam_cast.system.controller import CastController
 from wam_cast.system.plant import (
@@ -64,7 +65,8 @@ class CastStation:
         With geometry: the cup and the floor, contact, and what can be seen. Without, the plant is the same but the ball meets
         nothing, which simulates faster.
     controller
-        A LeafSystem with the ports of `CastController`, in place of it.
+        In place of `CastController`: a LeafSystem with its ports, and a method `set_cast(context, cast)` that takes the cast into
+        its own context.
     meshcat
         Where to show the station, or none.
 
@@ -83,6 +85,11 @@ class CastStation:
         meshcat: Any = None,
     ) -> None:
         self.scenario = scenario
+        if controller is not None and not hasattr(controller, "set_cast"):
+            raise InputError(
+                f"controller {type(controller).__name__}: has no method set_cast(context, cast), by which it is told the cast; "
+                "add one (it may do nothing)"
+            )
         builder = DiagramBuilder()
         self._add_plant(builder, has_scene)
         self._q_start = starting_posture(make_arm_plant(scenario), scenario)

@@ -91,7 +91,7 @@ def print_json(records: Sequence[Record]) -> None:
 
 def print_throws(plans: Sequence[Plan], outcomes: Sequence[Outcome]) -> None:
     """Print a row for each cup, and below it what a row has no room for."""
-    table = _table("cup\n[m]", "predicted landing\n[m]", "landing\n[m]", "miss\n[mm]", "status")
+    table = _table("cup\n[m]", "predicted\n[m]", "executed\n[m]", "miss\n[mm]", "status")
     for plan, outcome in zip(plans, outcomes, strict=True):
         landing, miss = _position(outcome.landing), f"{1e3 * outcome.miss:.1f}"
         if not math.isfinite(outcome.miss):

@@ -231,3 +231,10 @@ def test_fingerprint_is_the_same_in_another_process():
     code = "from wam_cast.scenario import Scenario; print(Scenario().fingerprint)"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert found.strip() == Scenario().fingerprint
+
+
+def test_key_that_stands_twice_is_refused(tmp_path):
+    path = tmp_path / "twice.yaml"
+    path.write_text("ball: {mass: 0.03, mass: 0.9}\n", encoding="utf-8")
+    with pytest.raises(InputError, match="the key 'mass' stands twice"):
+        Scenario.from_yaml(path)

@@ -24,6 +24,19 @@ NonNegative = Annotated[float, Field(ge=0)]
 Seven = tuple[NonNegative, NonNegative, NonNegative, NonNegative, NonNegative, NonNegative, NonNegative]
 
 
+class _UniqueKeyLoader(yaml.SafeLoader):
+    """Reads YAML as `yaml.safe_load` does, but refuses a key that stands twice, where that one keeps the last."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        keys = [key.value for key, _ in node.value]
+        for key in keys:
+            if keys.count(key) > 1:
+                raise yaml.YAMLError(
+                    f"the key {key!r} stands twice, the first time in line {node.start_mark.line + 1} or below"
+                )
+        return super().construct_mapping(node, deep)
+
+
 class _Part(BaseModel):
     """A frozen group of values that refuses unknown keys, nan and infinity."""
 
@@ -262,7 +275,7 @@ class Scenario(_Part):
     def from_yaml(cls, path: str | Path) -> Self:
         """Read a scenario file; keys that it leaves out keep their default. Raises `InputError`."""
         try:
-            values = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+            values = yaml.load(Path(path).read_text(encoding="utf-8"), _UniqueKeyLoader)
         except OSError as error:
             raise InputError(f"scenario {path}: {error.strerror}; name a readable YAML file") from None
         except (yaml.YAMLError, UnicodeDecodeError) as error:

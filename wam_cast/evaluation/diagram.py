@@ -6,10 +6,11 @@ import subprocess
 from pathlib import Path
 
 from wam_cast.errors import InputError
+from wam_cast.evaluation.output import picture_format
 from wam_cast.files import write_file
 from wam_cast.system.station import CastStation
 
-FORMATS = (".svg", ".png", ".pdf", ".dot")
+FORMATS = ("svg", "png", "pdf", "dot")
 
 
 def write_graph(station: CastStation, path: str | Path) -> None:
@@ -27,20 +28,14 @@ def write_graph(station: CastStation, path: str | Path) -> None:
     InputError
         If the suffix is another, Graphviz is missing, or the file cannot be written.
     """
-    path = Path(path)
-    suffix = path.suffix.lower()
-    if suffix not in FORMATS:
-        allowed = ", ".join(FORMATS)
-        raise InputError(
-            f"cannot write {path}: its suffix is {path.suffix or 'missing'}; choose one of {allowed}"
-        )
+    drawing_format = picture_format(path, FORMATS)
     text = station.graph()
-    if suffix == ".dot":
+    if drawing_format == "dot":
         write_file(path, text.encode())
         return
     try:
         drawn = subprocess.run(
-            ["dot", f"-T{suffix[1:]}"], input=text.encode(), capture_output=True, check=True
+            ["dot", f"-T{drawing_format}"], input=text.encode(), capture_output=True, check=True
         )
     except (OSError, subprocess.CalledProcessError):
         raise InputError(

@@ -17,8 +17,8 @@ PICTURE_FORMATS = ("pdf", "png", "svg")
 """By their suffixes."""
 
 
-def picture_format(path: str | Path) -> str:
-    """Return which of `PICTURE_FORMATS` the suffix of `path` asks for.
+def picture_format(path: str | Path, allowed: tuple[str, ...] = PICTURE_FORMATS) -> str:
+    """Return which of the `allowed` formats the suffix of `path` asks for.
 
     Raises
     ------
@@ -26,9 +26,9 @@ def picture_format(path: str | Path) -> str:
         If it is none of them.
     """
     suffix = Path(path).suffix
-    if suffix[1:].lower() not in PICTURE_FORMATS:
-        allowed = ", ".join(f".{name}" for name in PICTURE_FORMATS)
-        raise InputError(f"cannot write {path}: its suffix is {suffix or 'missing'}; choose one of {allowed}")
+    if suffix[1:].lower() not in allowed:
+        choice = ", ".join(f".{name}" for name in allowed)
+        raise InputError(f"cannot write {path}: its suffix is {suffix or 'missing'}; choose one of {choice}")
     return suffix[1:].lower()
 
 

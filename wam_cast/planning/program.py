@@ -123,7 +123,7 @@ def plan_by_program(model: Predictor, radius: float) -> Solution:
         misses = abs(evaluator(scaled)[0][0] - radius) > 0.1 * LANDING_UNIT
         found.append((bool(misses), result.get_optimal_cost(), scaled))
     # Solutions that land come first, and of these the one of least cost.
-    misses, _, scaled = min(found, key=lambda solution: solution[:2])
+    _, _, scaled = min(found, key=lambda solution: solution[:2])
     n_landing = sum(not solution[0] for solution in found)
     reason = f"SNOPT reached the cup from {n_landing} of {len(found)} starts"
     # The solver keeps its constraints up to a tolerance.

@@ -194,11 +194,7 @@ class CastSimulator:
             n += n_look
             # A product, as Drake counts its samples: a sum could fall short of the last one.
             simulator.AdvanceTo(n * period)
-            p_WL = self._ball.EvalPoseInWorld(plant_context).translation()
-            v_WL = self._ball.EvalSpatialVelocityInWorld(plant_context).translational()
-            speed = float(np.linalg.norm(v_WL))
-            if not speed < MAX_SPEED:
-                raise _BreakdownError(f"the ball's speed is {speed} m/s")
+            p_WL, speed = _position_and_speed(self._ball, plant_context)
             run.was_low |= bool(p_WL[2] <= self.scenario.cup.rim_height)
             if not run.was_low:
                 run.high_until = n * period
@@ -263,10 +259,8 @@ class CastSimulator:
         context = station.plant.GetMyContextFromRoot(simulator.get_context())
         ball, cup = station.plant.GetBodyByName("ball"), station.plant.GetBodyByName("cup")
         assert run.cup is not None
-        p_CL = ball.EvalPoseInWorld(context).translation() - [*run.cup, self.scenario.cup.rim_height]
-        speed = float(np.linalg.norm(ball.EvalSpatialVelocityInWorld(context).translational()))
-        if not speed < MAX_SPEED:
-            raise _BreakdownError(f"the ball's speed is {speed} m/s")
+        p_WL, speed = _position_and_speed(ball, context)
+        p_CL = p_WL - [*run.cup, self.scenario.cup.rim_height]
         contacts = station.plant.get_contact_results_output_port().Eval(context)
         pairs = (contacts.point_pair_contact_info(i) for i in range(contacts.num_point_pair_contacts()))
         touches_cup = any(cup.index() in (pair.bodyA_index(), pair.bodyB_index()) for pair in pairs)
@@ -306,7 +300,7 @@ class CastSimulator:
         velocity = nothing if crossing is None else crossing.v_WL
         along, across = to_casting_plane(landing, run.cast.bearing)
         return Outcome(
-            status=self._status(run, crossing, limits_hit),
+            status=self._status(run, crossing, limits_hit, times, states),
             landing=landing,
             landing_along=along,
             landing_across=across,
@@ -331,7 +325,9 @@ class CastSimulator:
         crossing = find_crossing(BallTrack(times[end], p_WL, v_WL), self.scenario.cup.rim_height)
         return crossing, crossing is not None and self._is_slack(crossing, times[end], p_WE)
 
-    def _status(self, run: _Run, crossing: Crossing | None, limits_hit: tuple[str, ...]) -> Status:
+    def _status(
+        self, run: _Run, crossing: Crossing | None, limits_hit: tuple[str, ...], times: Array, states: Array
+    ) -> Status:
         if run.breakdown is not None:
             return Status.DIVERGED
         if limits_hit:
@@ -340,7 +336,6 @@ class CastSimulator:
             return Status.NEVER_CROSSED
         if run.cup is None:
             return Status.LANDED
-        times, states, _ = self._logs(run)
         since = run.high_until if run.scene_start is None else min(run.high_until, run.scene_start)
         p_WL, _, _ = self._kinematics(states[times >= since - 1e-9])
         c, s = math.cos(run.cast.bearing), math.sin(run.cast.bearing)
@@ -367,6 +362,14 @@ class CastSimulator:
 
 class _BreakdownError(RuntimeError):
     """The simulated numbers left all bounds."""
+
+
+def _position_and_speed(ball: Any, context: Any) -> tuple[Array, float]:
+    """Return p_WL and the ball's speed; raises `_BreakdownError` if no ball could be that fast."""
+    speed = float(np.linalg.norm(ball.EvalSpatialVelocityInWorld(context).translational()))
+    if not speed < MAX_SPEED:
+        raise _BreakdownError(f"the ball's speed is {speed} m/s")
+    return ball.EvalPoseInWorld(context).translation(), speed
 
 
 @dataclass

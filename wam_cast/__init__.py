@@ -13,6 +13,7 @@ from wam_cast.version import __version__
 if TYPE_CHECKING:
     from wam_cast.cast import Cast as Cast
     from wam_cast.errors import InputError as InputError
+    from wam_cast.evaluation.experiment.run import reproduce as reproduce
     from wam_cast.learning.dataset import CastDataset as CastDataset
     from wam_cast.learning.dataset import generate_dataset as generate_dataset
     from wam_cast.learning.forward_model import ForwardModel as ForwardModel
@@ -46,6 +47,7 @@ _HOME = {
     "generate_dataset": "learning.dataset",
     "plan_cast": "planning.plan",
     "reference_model": "learning.forward_model",
+    "reproduce": "evaluation.experiment.run",
     "simulate_cast": "system.simulation",
 }
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import wam_cast as wc
-from wam_cast.cli import models, output
+from wam_cast.cli import experiment, models, output
 from wam_cast.cli.output import err, out, print_json, progress
 from wam_cast.errors import InputError
 from wam_cast.files import check_writable
@@ -184,6 +184,22 @@ def fit(
         print_json([{"model": str(file), "reach": model.reach, **asdict(model.info)}])
     else:
         output.print_fit(model)
+
+
+@app.command()
+def reproduce(
+    directory: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where the report goes.")],
+    seed: Annotated[int, typer.Option(min=0, help="Draws all that is random.")] = 0,
+    quick: Annotated[bool, typer.Option("--quick", help="With a tenth of the data.")] = False,
+    scenario: ScenarioOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Run the paper's experiment and write its report; an interrupted run goes on when it is started again."""
+    findings = experiment.run_experiment(scenario, directory, seed, quick)
+    if as_json:
+        print_json([{"directory": str(directory), **findings.summary()}])
+    else:
+        output.print_findings(findings, directory)
 
 
 @app.command()

@@ -16,12 +16,17 @@ from rich.progress import (
     MofNCompleteColumn,
     Progress,
     SpinnerColumn,
+    TaskID,
     TextColumn,
+    TimeElapsedColumn,
     TimeRemainingColumn,
 )
 from rich.table import Table
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
+    from wam_cast.evaluation.experiment.findings import Findings
     from wam_cast.learning.forward_model import ForwardModel
     from wam_cast.planning.plan import Plan
     from wam_cast.system.outcome import Outcome
@@ -42,6 +47,27 @@ def progress(what: str, total: int | None = None) -> Iterator[Callable[[int], No
     with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as bar:
         task = bar.add_task(what, total=total)
         yield lambda done: bar.update(task, completed=done)
+
+
+@contextmanager
+def phase_progress() -> Iterator[Callable[[str, int, int], None]]:
+    """Show a bar for each phase, with its time left; give the function that takes title, how much is done, and how much there is.
+
+    If standard error is no terminal, a line tells that a phase begins.
+    """
+    columns = [TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()]
+    columns += [TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn()]
+    with Progress(*columns, console=err, disable=not err.is_terminal) as bar:
+        tasks: dict[str, TaskID] = {}
+
+        def report(title: str, done: int, total: int) -> None:
+            if title not in tasks:
+                tasks[title] = bar.add_task(title, total=total)
+                if not err.is_terminal:
+                    err.print(title)
+            bar.update(tasks[title], completed=done, total=total)
+
+        yield report
 
 
 def plan_record(plan: Plan) -> Record:
@@ -148,6 +174,36 @@ def print_fit(model: ForwardModel) -> None:
         f"{nearest:.3f} to {farthest:.3f}",
     )
     out.print(table)
+
+
+def print_findings(findings: Findings, directory: Path) -> None:
+    """Print the experiment's main numbers beside the paper's, and where the report is."""
+    results = findings.summary()
+    rmse, miss = results["test_rmse_m"], results["executed_miss_m"]
+    low, high = results["hit_interval"]
+    table = _table("", "paper", "here")
+    table.add_row(
+        "training / validation / test casts",
+        "1300 / 300 / 100",
+        _slashed(results, "n_train", "n_validation", "n_test"),
+    )
+    for name, label, paper in (
+        ("isotropic", "kernel regression, one sigma", "2.24 cm"),
+        ("ard", "kernel regression, a sigma for each parameter", "-"),
+        ("polynomial_12", "polynomial of degree 12", "21.7 cm"),
+    ):
+        table.add_row(f"test RMSE, {label}", paper, f"{100 * rmse[name]:.2f} cm")
+    table.add_row("predicted miss, mean", "8.5 mm", f"{1e3 * results['predicted_miss_m']['mean']:.1f} mm")
+    executed = "-" if miss["mean"] is None else f"{1e3 * miss['mean']:.1f} mm"
+    table.add_row("executed miss, mean", "-", executed)
+    hits = f"{results['hit_rate']:.1%} of {results['n_cups']} ({low:.0%} to {high:.0%})"
+    table.add_row("hit rate", "90 %", hits)
+    out.print(table)
+    out.print(f"report: {directory / 'report.html'}")
+
+
+def _slashed(results: Record, *names: str) -> str:
+    return " / ".join(str(results[name]) for name in names)
 
 
 def _table(*headings: str) -> Table:

@@ -1,0 +1,92 @@
+"""The report of a run: complete, self-contained, and of the run's own numbers."""
+
+import json
+import re
+from html.parser import HTMLParser
+
+import pytest
+from wam_cast.evaluation.experiment import run
+from wam_cast.evaluation.experiment.figures import CAPTIONS
+from wam_cast.evaluation.experiment.report import FAILURES, render_html, write_report
+from wam_cast.evaluation.experiment.settings import Settings
+from wam_cast.evaluation.experiment.store import RunDirectory
+
+import wam_cast as wc
+from wam_cast.system.outcome import Status
+
+
+class Page(HTMLParser):
+    """Collects what a page refers to, and its tables."""
+
+    def __init__(self):
+        super().__init__()
+        self.sources, self.links, self.rows = [], [], []
+
+    def handle_starttag(self, tag, attrs):
+        attrs = dict(attrs)
+        if tag == "img":
+            self.sources.append(attrs["src"])
+        if tag == "link" or tag == "script":
+            self.links.append(attrs)
+        if tag == "tr":
+            self.rows.append([])
+
+    def handle_data(self, data):
+        if self.rows and data.strip():
+            self.rows[-1].append(data.strip())
+
+
+@pytest.fixture
+def report(no_physics, monkeypatch, tmp_path):
+    """Return findings and the folder of their report."""
+    findings = run.reproduce(wc.Scenario(), tmp_path, quick=True)
+    directory = RunDirectory(tmp_path, Settings.of(wc.Scenario(), 0, quick=True))
+    write_report(findings, directory, lambda *_: None)
+    return findings, tmp_path
+
+
+def test_report_is_whole(report):
+    findings, folder = report
+    markdown = (folder / "report.md").read_text()
+    assert "nan" not in re.findall(r"[a-z]+", markdown.lower())
+    assert "{{" not in markdown
+    assert "{%" not in markdown
+    for name in CAPTIONS:
+        for suffix in ("pdf", "png"):
+            assert (folder / "figures" / f"{name}.{suffix}").stat().st_size > 2000
+        assert f"figures/{name}.png" in markdown
+    results = json.loads((folder / "results.json").read_text())
+    assert results["wall_s"] == pytest.approx(sum(results["wall_s_by_phase"].values()))
+    assert f"{100 * results['test_rmse_m']['isotropic']:.2f} cm" in markdown
+    assert findings.settings.scenario.fingerprint in markdown
+    assert "wam-cast reproduce --seed 0 --quick --out DIR" in markdown
+
+
+def test_page_needs_nothing_but_itself(report):
+    _, folder = report
+    page = Page()
+    page.feed((folder / "report.html").read_text())
+    assert len(page.sources) == len(CAPTIONS)
+    assert all(source.startswith("data:image/png;base64,") for source in page.sources)
+    assert not page.links
+
+
+def test_every_table_row_has_as_many_cells_as_its_heading(report):
+    _, folder = report
+    for table in re.findall(r"(?:^\|.*\|\n)+", (folder / "report.md").read_text(), re.MULTILINE):
+        counts = {len(re.findall(r"(?<!\\)\|", line)) for line in table.splitlines()}
+        assert len(counts) == 1, table
+
+
+def test_every_failure_has_a_word():
+    failures = {status.value for status in Status} - {"caught", "landed"} | {"no_plan"}
+    assert set(FAILURES) == failures
+
+
+def test_markdown_becomes_a_page(tmp_path):
+    (tmp_path / "figures").mkdir()
+    (tmp_path / "figures" / "a.png").write_bytes(b"picture")
+    page = render_html("# Title\n\n|a|b|\n|-|-|\n|1|2|\n\n![x](figures/a.png)\n", tmp_path)
+    assert "<title>Title</title>" in page
+    assert "<td>1</td>" in page
+    assert "data:image/png;base64,cGljdHVyZQ==" in page

@@ -1,0 +1,305 @@
+"""The report's figures: what each shows, and in which files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from wam_cast.cast import Cast
+from wam_cast.evaluation.experiment.findings import Findings
+from wam_cast.evaluation.experiment.results import ErrorCurve, to_array
+from wam_cast.evaluation.figures.calibration import draw_calibration
+from wam_cast.evaluation.figures.comparison import draw_comparison, draw_polynomials
+from wam_cast.evaluation.figures.data_flow import draw_data_flow
+from wam_cast.evaluation.figures.error_curves import draw_error_curve
+from wam_cast.evaluation.figures.histograms import draw_histogram
+from wam_cast.evaluation.figures.landing_map import draw_landing_map
+from wam_cast.evaluation.figures.learning_curves import draw_learning_curves
+from wam_cast.evaluation.figures.motion import draw_motion
+from wam_cast.evaluation.figures.noise import draw_landing_scatter
+from wam_cast.evaluation.figures.parity import draw_parity, draw_residuals
+from wam_cast.evaluation.figures.performance import draw_miss_distribution, draw_performance
+from wam_cast.evaluation.figures.set_up import draw_set_up, render_set_up
+from wam_cast.evaluation.figures.where_wrong import draw_residual_map, draw_shortest_move
+from wam_cast.evaluation.output import write_figure
+from wam_cast.evaluation.style import figure_style
+from wam_cast.system.simulation import CastSimulator
+
+WIDTH = 7.2
+"""Of a figure [in]: fills a page's width."""
+
+PAPERS_SIGMA = 0.35
+PAPERS_RMSE = 0.0224
+PAPERS_POLYNOMIAL_RMSE = 0.217
+"""Results of the paper, the errors in [m]."""
+
+
+def draw_figures(findings: Findings, folder: Path) -> Iterator[str]:
+    """Draw all figures and write each as PDF and PNG into `folder`; yield the name of each that is done."""
+    with figure_style():
+        for name, (draw, _) in _FIGURES.items():
+            figure = draw(findings)
+            for suffix in ("pdf", "png"):
+                write_figure(figure, folder / f"{name}.{suffix}")
+            yield name
+
+
+def _new(height: float, n_rows: int = 1, n_columns: int = 1, **options: object) -> tuple[Figure, np.ndarray]:
+    figure = Figure(figsize=(WIDTH, height), layout="constrained")
+    return figure, figure.subplots(n_rows, n_columns, squeeze=False, **options)
+
+
+def _data_flow(_: Findings) -> Figure:
+    figure, axes = _new(3.6)
+    draw_data_flow(axes[0, 0])
+    return figure
+
+
+def _middle_trial(findings: Findings) -> tuple[Cast, tuple[float, float]]:
+    """Return the cast and the cup in the middle of the line."""
+    trials = findings.executions[0].trials
+    trial = trials[len(trials) // 2]
+    return Cast(trial.distance, trial.speed, trial.wait), (trial.cup, 0.0)
+
+
+def _set_up(findings: Findings) -> Figure:
+    figure, axes = _new(5.0)
+    _, cup = _middle_trial(findings)
+    draw_set_up(axes[0, 0], render_set_up(findings.settings.scenario, cup))
+    return figure
+
+
+def _motion(findings: Findings) -> Figure:
+    recording = CastSimulator(findings.settings.scenario).record(*_middle_trial(findings))
+    figure = Figure(figsize=(WIDTH, 4.6), layout="constrained")
+    left, right = figure.subfigures(1, 2, width_ratios=(1, 1.25))
+    radius_axes, height_axes = right.subplots(2, 1, sharex=True)
+    draw_motion(left.subplots(), radius_axes, height_axes, recording)
+    return figure
+
+
+def _histograms(findings: Findings) -> Figure:
+    figure, axes = _new(4.2, 2, 2)
+    samples, bounds = findings.samples, findings.settings.scenario.bounds
+    draw_histogram(
+        axes[0, 0], to_array(samples.distance), label="distance [cm]", scale=100, bounds=bounds.distance
+    )
+    draw_histogram(axes[0, 1], to_array(samples.speed), label="mean speed [m/s]", bounds=bounds.speed)
+    draw_histogram(axes[1, 0], to_array(samples.wait), label="wait [ms]", scale=1000, bounds=bounds.wait)
+    draw_histogram(
+        axes[1, 1], to_array(samples.landing_along), label="landing from the base axis [cm]", scale=100
+    )
+    return figure
+
+
+def _curves(curve: ErrorCurve) -> dict[str, np.ndarray]:
+    return {
+        "validation": to_array(curve.validation_rmse),
+        "leave-one-out": to_array(curve.leave_one_out_rmse),
+    }
+
+
+def _selection(findings: Findings) -> Figure:
+    figure, axes = _new(3.2, 1, 2)
+    selection = findings.selection
+    best = min(selection.descents, key=lambda descent: descent.rmse[-1])
+    draw_error_curve(
+        axes[0, 0],
+        np.array(selection.sigma_curve.x),
+        _curves(selection.sigma_curve),
+        xlabel="sigma [1]",
+        path=(np.array(best.x), np.array(best.rmse)),
+        chosen=selection.isotropic.sigma[0],
+        paper=PAPERS_SIGMA,
+    )
+    draw_error_curve(
+        axes[0, 1],
+        np.array(selection.regularization_curve.x),
+        _curves(selection.regularization_curve),
+        xlabel="lambda [1]",
+        chosen=selection.isotropic.regularization,
+    )
+    return figure
+
+
+def _performance(findings: Findings) -> Figure:
+    executions = findings.executions
+    figure = Figure(figsize=(WIDTH, 7.2), layout="constrained")
+    *panels, last = figure.subplots(len(executions) + 1, 1)
+    scenario = findings.settings.scenario
+    for axes, execution in zip(panels, reversed(executions), strict=True):
+        trials = execution.trials
+        draw_performance(
+            axes,
+            np.array([trial.cup for trial in trials]),
+            np.array([trial.predicted_offset for trial in trials]),
+            to_array(trial.executed_offset for trial in trials),
+            [trial.status for trial in trials],
+            cup_radius=scenario.cup.inner_radius,
+            ball_radius=scenario.ball.radius,
+        )
+        axes.set_title(_planner_title(execution.planner))
+    misses = {
+        f"{execution.label}, {which}": to_array(getattr(trial, f"{which}_miss") for trial in execution.trials)
+        for execution in reversed(executions)
+        for which in ("predicted", "executed")
+    }
+    draw_miss_distribution(last, misses)
+    return figure
+
+
+def _planner_title(planner: str) -> str:
+    return "gradient descent, as in the paper" if planner == "gradient" else "mathematical program"
+
+
+def _comparison(findings: Findings) -> Figure:
+    figure, axes = _new(3.6)
+    rows = sorted(findings.comparison.rows, key=lambda row: row.rmse)
+    low, high = np.array([row.rmse_interval for row in rows]).T
+    by_name = {row.name: row.label for row in rows}
+    draw_comparison(
+        axes[0, 0],
+        [row.label for row in rows],
+        np.array([row.rmse for row in rows]),
+        low,
+        high,
+        paper={
+            by_name["isotropic_by_validation"]: PAPERS_RMSE,
+            by_name["polynomial_12"]: PAPERS_POLYNOMIAL_RMSE,
+        },
+    )
+    return figure
+
+
+def _polynomials(findings: Findings) -> Figure:
+    figure, axes = _new(3.2)
+    fits = findings.comparison.polynomials
+    curves = {
+        part: np.array([getattr(fit, f"{part}_rmse") for fit in fits])
+        for part in ("training", "validation", "test")
+    }
+    draw_polynomials(axes[0, 0], np.array([fit.degree for fit in fits]), curves, paper=PAPERS_POLYNOMIAL_RMSE)
+    return figure
+
+
+def _parity(findings: Findings) -> Figure:
+    figure, axes = _new(3.4, 1, 2)
+    measured, predicted = (
+        np.array(values) for values in (findings.comparison.test_measured, findings.comparison.test_predicted)
+    )
+    draw_parity(axes[0, 0], measured, predicted)
+    draw_residuals(axes[0, 1], predicted, predicted - measured)
+    return figure
+
+
+def _where_wrong(findings: Findings) -> Figure:
+    figure, axes = _new(3.2, 1, 2)
+    held_out = findings.comparison.held_out
+    distance, speed, wait, residual = (
+        np.array(values) for values in (held_out.distance, held_out.speed, held_out.wait, held_out.residual)
+    )
+    draw_residual_map(
+        axes[0, 0], 100 * distance, speed, residual, xlabel="distance [cm]", ylabel="mean speed [m/s]"
+    )
+    draw_shortest_move(axes[0, 0], findings.settings.scenario.motion.min_move_duration)
+    draw_residual_map(axes[0, 1], 1000 * wait, speed, residual, xlabel="wait [ms]", ylabel="mean speed [m/s]")
+    return figure
+
+
+def _learning_curves(findings: Findings) -> Figure:
+    figure, axes = _new(3.8)
+    curves = findings.learning_curves
+    draw_learning_curves(axes[0, 0], np.array(curves.n_train), curves.curves, paper=PAPERS_RMSE)
+    return figure
+
+
+def _calibration(findings: Findings) -> Figure:
+    figure, axes = _new(3.6)
+    empirical = {name: np.array(values) for name, values in findings.comparison.empirical.items()}
+    draw_calibration(axes[0, 0], np.array(findings.comparison.coverage), empirical)
+    return figure
+
+
+def _landing_map(findings: Findings) -> Figure:
+    found = findings.landing_map
+    figure, axes = _new(2.8, 1, len(found.waits), sharey=True)
+    landing, allowed = np.array(found.landing), np.array(found.is_allowed)
+    levels = np.arange(0.2, 1.05, 0.1)
+    for panel, wait, plane in zip(axes[0], found.waits, landing, strict=True):
+        draw_landing_map(
+            panel,
+            np.array(found.distance),
+            np.array(found.speed),
+            plane,
+            is_allowed=allowed,
+            wait=wait,
+            levels=levels,
+        )
+    return figure
+
+
+def _noise(findings: Findings) -> Figure:
+    figure, axes = _new(6.0, 2, 2)
+    noise, scenario = findings.noise, findings.settings.scenario
+    draw_landing_scatter(
+        axes[0, 0],
+        to_array(noise.along),
+        to_array(noise.across),
+        clear_radius=scenario.cup.inner_radius - scenario.ball.radius,
+    )
+    draw_error_curve(
+        axes[0, 1],
+        np.array(noise.regularization_curve.x),
+        _curves(noise.regularization_curve),
+        xlabel="lambda [1]",
+        chosen=noise.models[0].regularization,
+    )
+    return figure
+
+
+_FIGURES: dict[str, tuple[Callable[[Findings], Figure], str]] = {
+    "figure-01-data-flow": (_data_flow, "Figure 1. The project: from a scenario to casts that hit."),
+    "figure-02-set-up": (_set_up, "Figure 2. The set-up before a cast."),
+    "figure-03-motion": (_motion, "Figure 3. The motion of one cast, in its stages."),
+    "figure-04-histograms": (_histograms, "Figure 4. Parameters of the training casts, and their landings."),
+    "figure-05-selection": (
+        _selection,
+        "Figure 5. RMSE over sigma, with the path of the descent on the validation error, and over lambda.",
+    ),
+    "figure-06-performance": (
+        _performance,
+        "Figure 6. Predicted and executed landing over the position of the cup, and the distribution of misses.",
+    ),
+    "figure-07-comparison": (_comparison, "Figure 7. Test RMSE of all estimators, with 95 % intervals."),
+    "figure-08-polynomials": (_polynomials, "Figure 8. Polynomials: RMSE over the degree."),
+    "figure-09-parity": (
+        _parity,
+        "Figure 9. Predicted and measured landings of the test casts, and the residuals.",
+    ),
+    "figure-10-where-wrong": (
+        _where_wrong,
+        "Figure 10. Where in parameter space the model is wrong: residuals of casts that it has not seen.",
+    ),
+    "figure-11-learning-curves": (
+        _learning_curves,
+        "Figure 11. Validation RMSE over the number of training casts: median and range of random subsets.",
+    ),
+    "figure-12-calibration": (
+        _calibration,
+        "Figure 12. Reliability of the predicted uncertainty on the validation casts.",
+    ),
+    "figure-13-landing-map": (
+        _landing_map,
+        "Figure 13. Predicted landing over distance and speed, at four waits.",
+    ),
+    "figure-14-noise": (
+        _noise,
+        "Figure 14. Noise: scatter of the landing, the error over lambda, and executed misses.",
+    ),
+}
+"""How each figure is drawn, and its caption, by the name of its files."""
+
+CAPTIONS = {name: caption for name, (_, caption) in _FIGURES.items()}

@@ -1,0 +1,113 @@
+"""What casts that do not repeat do to the model and to the hit rate."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wam_cast.evaluation.experiment.comparison import kernel_ridge
+from wam_cast.evaluation.experiment.execution import execute_plans
+from wam_cast.evaluation.experiment.results import (
+    Chosen,
+    Execution,
+    Noise,
+    NoisyModel,
+    floats,
+    maybe_floats,
+)
+from wam_cast.evaluation.experiment.selection import regularization_curve, select_per_parameter
+from wam_cast.evaluation.experiment.settings import Settings
+from wam_cast.evaluation.experiment.statistics import rmse
+from wam_cast.learning.dataset import CastDataset
+from wam_cast.learning.forward_model import ForwardModel
+from wam_cast.learning.parts import Parts, split_casts
+from wam_cast.planning.plan import METHODS
+
+Array = NDArray[np.float64]
+Report = Callable[[int, int], None]
+
+
+def study_noise(
+    settings: Settings, clean_data: CastDataset, noisy_data: CastDataset, clean_chosen: Chosen, report: Report
+) -> Noise:
+    """Fit models to noisy casts, measure them, and execute plans with the noise on.
+
+    Row i of both datasets is the same cast, so that their difference is the noise's doing. `clean_chosen` are the hyperparameters
+    that suit casts without noise.
+    """
+    n_steps = (len(METHODS) + 1) * settings.n_cups
+    scenario = settings.noisy_scenario
+    clean, noisy = split_casts(clean_data), split_casts(noisy_data)
+    chosen = select_per_parameter(scenario, noisy)
+    along, across = _scatter(clean_data, noisy_data)
+    curve = regularization_curve(scenario, noisy, chosen.sigma)
+    models = _measure(settings, clean, noisy, chosen, clean_chosen)
+
+    noisy_model = ForwardModel.from_chosen(noisy_data, chosen.sigma, chosen.regularization)
+    clean_model = ForwardModel.from_chosen(clean_data, clean_chosen.sigma, clean_chosen.regularization)
+    pairs = [(planner, noisy_model, "learned with noise") for planner in METHODS]
+    pairs.append(("program", clean_model, "learned without noise"))
+    executions: list[Execution] = []
+    for planner, model, label in pairs:
+        done = len(executions) * settings.n_cups
+        executions.append(
+            execute_plans(
+                scenario,
+                model,
+                planner,
+                settings.n_cups,
+                label=f"{planner}, {label}",
+                noise_seed=settings.seed,
+                report=lambda n, _, done=done: report(done + n, n_steps),
+            )
+        )
+    return Noise(
+        levels=settings.noise.model_dump(),
+        along=maybe_floats(along),
+        across=maybe_floats(across),
+        along_std=float(np.nanstd(along)),
+        across_std=float(np.nanstd(across)),
+        models=models,
+        regularization_curve=curve,
+        executions=tuple(executions),
+    )
+
+
+def _scatter(clean: CastDataset, noisy: CastDataset) -> tuple[Array, Array]:
+    """Return the landing of each noisy training cast minus that of the same one without noise, along and across [m]."""
+    train, _, _ = clean.split()
+    along, across = (
+        (noisy.frame[name] - clean.frame[name]).to_numpy(dtype=float)[train]
+        for name in ("landing_along", "landing_across")
+    )
+    return along, across
+
+
+def _measure(
+    settings: Settings, clean: Parts, noisy: Parts, chosen: Chosen, clean_chosen: Chosen
+) -> tuple[NoisyModel, ...]:
+    """Return the errors of models on the noisy test casts, and on the noise-free landings of the validation casts.
+
+    The latter chose nothing here; the noise-free test part has been opened already.
+    """
+    fits = (
+        ("learned with noise, lambda chosen on it", chosen, noisy.train),
+        ("learned with noise, lambda of noise-free casts", clean_chosen, noisy.train),
+        ("learned without noise", clean_chosen, clean.train),
+    )
+    test = noisy.open_test()
+    models = []
+    for label, parameters, train in fits:
+        model = kernel_ridge(settings.scenario, parameters).fit(train.X, train.landing)
+        models.append(
+            NoisyModel(
+                label=label,
+                sigma=floats(parameters.sigma),
+                regularization=parameters.regularization,
+                test_rmse=rmse(model.predict(test.X) - test.landing),
+                noise_free_rmse=rmse(model.predict(clean.validation.X) - clean.validation.landing),
+            )
+        )
+    return tuple(models)

@@ -32,7 +32,8 @@ def sample_cast(scenario: Scenario, seed: int, row: int) -> Cast:
 
 def row_noise_seed(seed: int, row: int) -> int:
     """Return the noise seed of one row; it has no part in the draw of the row's cast."""
-    return int(np.random.SeedSequence([seed, row]).generate_state(1, np.uint64)[0])
+    (child,) = np.random.SeedSequence(seed, spawn_key=(row,)).spawn(1)
+    return int(child.generate_state(1, np.uint64)[0])
 
 
 def sample_casts(scenario: Scenario, n_casts: int, seed: int) -> NDArray[np.float64]:

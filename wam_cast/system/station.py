@@ -58,8 +58,8 @@ class CastStation:
 
     Exported output ports: `state` (all positions and velocities), `arm_state` (q and v of the arm, 14), `ball_position` and
     `ball_velocity` (p_WL, v_WL), `hand` and `hand_desired` (p_WE and v_WE, 6; `hand` as the controller measures it), `stage` (1),
-    `torque` (the motors', held between samples, 7). Logs of `state` and `torque`, a sample per control period, are what outcomes are
-    made from.
+    `torque` (the motors', held between samples, 7). Logs of `state` and `torque`, a sample per control period,
+    are what outcomes are made from.
 
     Parameters
     ----------

@@ -229,6 +229,8 @@ def test_noise_is_off_by_default_and_each_of_its_values_switches_it_on():
     for name, value in Noise.typical():
         assert value > 0
         assert Noise(**{name: value}).is_on
+        with pytest.raises(ValidationError, match="greater than or equal to 0"):
+            Noise(**{name: -value})
 
 
 def test_fingerprint_of_a_scenario_without_noise_is_that_of_the_reference_dataset():

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from wam_cast.learning.kernel_ridge import KernelRidge as KernelRidge
     from wam_cast.planning.plan import Plan as Plan
     from wam_cast.planning.plan import plan_cast as plan_cast
+    from wam_cast.scenario import Noise as Noise
     from wam_cast.scenario import Scenario as Scenario
     from wam_cast.system.controller import CastController as CastController
     from wam_cast.system.outcome import Outcome as Outcome
@@ -40,6 +41,7 @@ _HOME = {
     "ForwardModel": "learning.forward_model",
     "InputError": "errors",
     "KernelRidge": "learning.kernel_ridge",
+    "Noise": "scenario",
     "Outcome": "system.outcome",
     "Plan": "planning.plan",
     "Scenario": "scenario",

@@ -8,6 +8,7 @@ SCENARIOS = {
     "negative_mass.yaml": ("ball: {mass: -0.03}", ["ball.mass", "-0.03", "greater than 0"]),
     "long_string.yaml": ("string: {length: 2.0}", ["string.length = 2 m", "allow less than", "start_height"]),
     "empty_bounds.yaml": ("bounds: {wait: [0.3, 0.1]}", ["bounds.wait = [0.3, 0.1]", "below the second"]),
+    "negative_noise.yaml": ("noise: {distance: -0.003}", ["noise.distance", "-0.003", "or equal to 0"]),
     "no_yaml.yaml": ("ball: [", ["not a YAML file"]),
     "list.yaml": ("- 1\n- 2\n", ["top level", "arm, string"]),
 }
@@ -46,6 +47,8 @@ WORDS = {
     "throw --cup 0.7 --replay a.html --picture missing/a.png": ["missing/a.png"],
     "throw --cup 0.7 --replay a.html --picture a.jpg": ["a.jpg", ".pdf, .png, .svg"],
     "throw --cup 0.7 --cup 0.8 --replay a.html": ["--replay", "give one --cup, not 2"],
+    "throw --cup 0.7 --seed -1": ["--seed", "0"],
+    "throw --cup 0.7 --seed 0.5": ["--seed", "integer"],
     "generate --casts 40": ["--out", "wam-cast generate --help"],
     "generate --casts 0 --out d": ["--casts", "1"],
     "generate --casts many --out d": ["--casts", "integer"],

@@ -276,7 +276,7 @@ def test_generate_and_fit_and_plan(cli, folder):
     model = wc.ForwardModel.load("a.model")
     assert record["n_train"] == model.info.n_train == 45
     assert record["reach"] == list(model.reach)
-    assert record["sigma"] == model.info.sigma
+    assert record["sigma"] == list(model.info.sigma)
     planned = json.loads(cli("plan", "--cup", "0.6", "--model", "a.model", "--json").out)
     assert wc.Cast(**planned["cast"]) == wc.plan_cast(model, (0.6, 0)).cast
 
@@ -287,7 +287,16 @@ def test_tables_of_generate_and_fit(cli):
     assert re.fullmatch(r"60 casts in \[red\]d \(60 landed\), \d+\.\d s\n", result.out)
     result = cli("fit", "[red]d", "--out", "a.model")
     assert result.code == 0
-    for part in ("training", "45", "sigma", "test RMSE", "[mm]", "[m]", " to "):
+    for part in (
+        "training",
+        "45",
+        "sigma",
+        "lambda",
+        "leave-one-out RMSE [mm]",
+        "test RMSE [mm]",
+        "[m]",
+        " to ",
+    ):
         assert part in result.out
 
 

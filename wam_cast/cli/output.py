@@ -161,18 +161,20 @@ def print_plans(plans: Sequence[Plan]) -> None:
 
 
 def print_fit(model: ForwardModel) -> None:
-    """Print how a model was fitted, and how well."""
+    """Print how a model was fitted, and how well it predicts the landing along the casting plane."""
     info = model.info
     nearest, farthest = model.reach
-    headings = ("training\ncasts", "sigma", "validation RMSE\n[mm]", "test RMSE\n[mm]", "reach\n[m]")
-    table = _table(*headings)
-    table.add_row(
-        str(info.n_train),
-        f"{info.sigma:.3f}",
-        f"{1e3 * info.validation_rmse:.2f}",
-        f"{1e3 * info.test_rmse:.2f}",
-        f"{nearest:.3f} to {farthest:.3f}",
-    )
+    table = Table(show_header=False)
+    for name, value in (
+        ("training casts", str(info.n_train)),
+        ("sigma of distance, speed, wait", ", ".join(f"{sigma:.3f}" for sigma in info.sigma)),
+        ("lambda", f"{info.regularization:.1e}"),
+        ("leave-one-out RMSE [mm]", f"{1e3 * info.leave_one_out_rmse:.2f}"),
+        ("validation RMSE [mm]", f"{1e3 * info.validation_rmse:.2f}"),
+        ("test RMSE [mm]", f"{1e3 * info.test_rmse:.2f}"),
+        ("reach [m]", f"{nearest:.3f} to {farthest:.3f}"),
+    ):
+        table.add_row(name, value)
     out.print(table)
 
 

@@ -287,13 +287,36 @@ def gaussian_kernel(Z: FloatArray, Z_fit: FloatArray) -> FloatArray:
     return np.exp(K, out=K)
 
 
+def kernel_slope(weights: FloatArray, Z: FloatArray, Z_fit: FloatArray) -> FloatArray:
+    """Sum `weights * d log k / d log σ_j` over all pairs of inputs; with weights `W * K` that is `W * dK / d log σ_j`.
+
+    Parameters
+    ----------
+    weights : ndarray of shape (n, n_samples)
+        Of each pair.
+    Z, Z_fit : ndarray of shape (n, n_features), (n_samples, n_features)
+        Inputs divided by the width of the kernel, as for `gaussian_kernel`.
+
+    Returns
+    -------
+    ndarray of shape (n_features,)
+        For each input j the sum of `weights * 2 (z_j - z'_j)^2`.
+    """
+    slope: FloatArray = 2.0 * (
+        weights.sum(axis=1) @ Z**2
+        + weights.sum(axis=0) @ Z_fit**2
+        - 2.0 * np.einsum("ij,ij->j", Z, weights @ Z_fit)
+    )
+    return slope
+
+
 def factorize(K: FloatArray, regularization: float) -> tuple[FloatArray, bool]:
     """Factorize `K + λ I` for `scipy.linalg.cho_solve`.
 
     Parameters
     ----------
     K : ndarray of shape (n_samples, n_samples)
-        Kernel matrix of the training inputs; left as it is.
+        Kernel matrix of the training inputs, symmetric; left as it is.
     regularization : float
         λ >= 0.
 
@@ -308,8 +331,9 @@ def factorize(K: FloatArray, regularization: float) -> tuple[FloatArray, bool]:
         If the matrix is singular to working precision; a λ well above 2.2e-16 `n_samples` prevents it.
     """
     n_samples = len(K)
-    A = K.copy()
-    A.flat[:: n_samples + 1] += regularization
+    # Transposed, which changes nothing of a symmetric matrix, it is in LAPACK's order already.
+    A = K.copy().T
+    np.fill_diagonal(A, K.diagonal() + regularization)
     advice = (
         f"the kernel matrix of {n_samples} training rows is singular to working precision with "
         f"regularization={regularization:g}: raise regularization (1e-10 is enough), "

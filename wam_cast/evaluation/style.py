@@ -1,6 +1,11 @@
-"""One look for all pictures of casts: a colour for each stage, dark to light so that it reads in grey, and the plain names."""
+"""One look for all pictures: the style sheet, a colour for each stage, dark to light so that it reads in grey, and the plain names."""
 
 from __future__ import annotations
+
+from contextlib import AbstractContextManager
+from pathlib import Path
+
+from matplotlib import rc_context
 
 from wam_cast.system.motion import Stage
 from wam_cast.system.outcome import Status
@@ -21,6 +26,17 @@ INK: Color = (0.15, 0.16, 0.18)
 
 PAPER: Color = (0.94, 0.955, 0.97)
 """Of the background behind a rendered scene."""
+
+STYLE_SHEET = Path(__file__).parent / "wam_cast.mplstyle"
+"""Of figures that are printed 16 cm wide, and of how all pictures are stored."""
+
+
+def figure_style() -> AbstractContextManager[None]:
+    """Return a context in which figures are made and stored in the style of `STYLE_SHEET`, whatever the user's settings are.
+
+    Matplotlib looks up some settings when a figure is made and others when it is stored, so both belong inside.
+    """
+    return rc_context(fname=STYLE_SHEET)
 
 
 def stage_name(stage: Stage) -> str:

@@ -109,7 +109,7 @@ class CastScene:
         mount.SetPoseInParentFrame(self._plant_context, RigidTransform(p_WC))
 
     def set_state(self, time: float, state: Array) -> None:
-        """Put the scene's context at `time` [s] and at a state of the plant, such as a row of `CastRecording.states`, shape (n_x,)."""
+        """Put the scene at `time` [s], with its plant in `state`, shape (n_x,), such as a row of `CastRecording.states`."""
         self.context.SetTime(time)
         self.plant.SetPositionsAndVelocities(self._plant_context, state)
 

@@ -1,4 +1,4 @@
-"""One look for all pictures: the style sheet, a colour for each stage, dark to light so that it reads in grey, and the plain names."""
+"""One look for all pictures: the style sheet, a colour for each stage, dark to light to read in grey, and the plain names."""
 
 from __future__ import annotations
 

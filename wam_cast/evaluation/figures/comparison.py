@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from wam_cast.evaluation.figures.looks import CM, DARK, PAPER_MARK, curve_looks, draw_legend, mark_log_axis
@@ -43,9 +44,14 @@ def draw_comparison(
     axes.hlines(rows, low * CM, high * CM, color=DARK, linewidth=2.2, alpha=0.45)
     axes.plot(rmse * CM, rows, "o", color=DARK, label="test RMSE and interval")
     for row, value in enumerate(rmse * CM):
-        text = f"{value:.3g} cm" if np.isfinite(value) else "none"
+        text = f"{value:#.3g} cm".replace(". ", " ") if np.isfinite(value) else "none"
         axes.annotate(
-            text, (1.02, row), xycoords=axes.get_yaxis_transform(), va="center", fontsize="small", annotation_clip=False
+            text,
+            (1.02, row),
+            xycoords=axes.get_yaxis_transform(),
+            va="center",
+            fontsize="small",
+            annotation_clip=False,
         )
     theirs = {name: value for name, value in (paper or {}).items() if name in names}
     if theirs:
@@ -82,7 +88,7 @@ def draw_polynomials(
         axes.plot(paper[0], paper[1] * CM, label=f"paper: {paper[1] * CM:.3g} cm", **PAPER_MARK)
     axes.set_yscale("log")
     mark_log_axis(axes.yaxis)
-    axes.xaxis.get_major_locator().set_params(integer=True)
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.grid(axis="y")
     axes.set_xlabel("degree of the polynomial [1]")
     axes.set_ylabel("RMSE [cm]")

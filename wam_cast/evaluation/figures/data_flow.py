@@ -34,46 +34,48 @@ class Box(NamedTuple):
 
 
 BOXES = (
-    Box(2.0, 7.1, 3.2, 1.0, "scenario", "arm, string, ball, bounds"),
-    Box(2.0, 5.3, 3.2, 1.0, "random casts", "distance, speed, wait"),
-    Box(2.0, 2.3, 3.4, 3.2, "simulation"),
-    Box(2.0, 2.9, 2.6, 0.6, "controller", is_part=True),
-    Box(2.0, 1.9, 2.6, 0.6, "arm", is_part=True),
-    Box(1.3, 1.0, 1.2, 0.6, "string", is_part=True),
-    Box(2.8, 1.0, 1.0, 0.6, "ball", is_part=True),
-    Box(6.0, 5.3, 3.4, 1.0, "forward model", "kernel ridge regression"),
-    Box(5.6, 3.7, 2.6, 1.0, "model selection", "descent in σ"),
-    Box(6.0, 1.5, 3.4, 1.6, "dataset"),
-    Box(4.99, 1.2, 1.02, 0.6, "training", is_part=True),
-    Box(6.07, 1.2, 1.08, 0.6, "validation", is_part=True),
-    Box(7.15, 1.2, 0.9, 0.6, "test", is_part=True),
-    Box(10.0, 7.1, 2.6, 1.0, "cup position", "x, y"),
-    Box(10.0, 5.3, 2.6, 1.0, "planner", "inverts the model"),
-    Box(10.0, 2.3, 2.6, 1.3, "plan", "cast and bearing,\npredicted landing"),
-    Box(14.0, 5.3, 3.2, 1.3, "execution", "same simulation,\nwith contact"),
-    Box(14.0, 2.3, 3.2, 1.3, "outcome", "caught or not,\nexecuted miss"),
+    Box(2.0, 7.1, 3.2, 1.1, "scenario", "robot, cup, bounds"),
+    Box(2.0, 5.4, 3.2, 1.1, "random casts", "distance, speed, wait"),
+    Box(2.0, 2.3, 3.2, 3.6, "simulation"),
+    Box(2.0, 2.95, 2.4, 0.65, "controller", is_part=True),
+    Box(2.0, 1.95, 2.4, 0.65, "arm", is_part=True),
+    Box(1.375, 0.95, 1.15, 0.65, "string", is_part=True),
+    Box(2.75, 0.95, 0.9, 0.65, "ball", is_part=True),
+    Box(6.0, 5.4, 3.8, 1.1, "forward model", "kernel ridge regression"),
+    Box(5.65, 3.4, 3.1, 1.1, "model selection", "gradient descent in σ"),
+    Box(6.0, 1.25, 3.8, 1.5, "dataset"),
+    Box(4.83, 0.95, 1.2, 0.65, "training", is_part=True),
+    Box(6.2, 0.95, 1.42, 0.65, "validation", is_part=True),
+    Box(7.38, 0.95, 0.8, 0.65, "test", is_part=True),
+    Box(10.0, 7.1, 3.2, 1.1, "cup position", "x and y"),
+    Box(10.0, 5.4, 3.2, 1.1, "planner", "inverts the model"),
+    Box(10.0, 1.25, 3.2, 1.5, "plan", "cast and bearing,\npredicted landing"),
+    Box(14.0, 5.2, 3.2, 1.5, "execution", "the same simulation,\nwith contact"),
+    Box(14.0, 1.25, 3.2, 1.5, "outcome", "caught or not,\nexecuted miss"),
 )
 
 ARROWS = (
-    ((2.0, 6.6), (2.0, 5.8)),
-    ((2.0, 4.8), (2.0, 3.9)),
-    ((2.0, 2.6), (2.0, 2.2)),
-    ((1.3, 1.6), (1.3, 1.3)),
-    ((1.9, 1.0), (2.3, 1.0)),
-    ((3.7, 1.5), (4.3, 1.5)),
-    ((5.6, 2.3), (5.6, 3.2)),
-    ((5.6, 4.2), (5.6, 4.8)),
-    ((7.3, 2.3), (7.3, 4.8)),
-    ((7.7, 5.3), (8.7, 5.3)),
-    ((10.0, 6.6), (10.0, 5.8)),
-    ((10.0, 4.8), (10.0, 2.95)),
-    ((11.3, 2.3), (11.85, 2.3), (11.85, 5.3), (12.4, 5.3)),
-    ((11.3, 7.1), (14.0, 7.1), (14.0, 5.95)),
-    ((14.0, 4.65), (14.0, 2.95)),
+    ((2.0, 6.55), (2.0, 5.95)),
+    ((2.0, 4.85), (2.0, 4.1)),
+    ((1.7, 2.625), (1.7, 2.275)),
+    ((2.3, 2.275), (2.3, 2.625)),
+    ((1.375, 1.625), (1.375, 1.275)),
+    ((1.95, 0.95), (2.3, 0.95)),
+    ((3.6, 1.6), (4.1, 1.6)),
+    ((5.65, 2.0), (5.65, 2.85)),
+    ((5.65, 3.95), (5.65, 4.85)),
+    ((7.45, 2.0), (7.45, 4.85)),
+    ((7.9, 5.4), (8.4, 5.4)),
+    ((10.0, 6.55), (10.0, 5.95)),
+    ((10.0, 4.85), (10.0, 2.0)),
+    ((11.6, 1.25), (12.0, 1.25), (12.0, 5.2), (12.4, 5.2)),
+    ((11.6, 7.1), (14.0, 7.1), (14.0, 5.95)),
+    ((14.0, 4.45), (14.0, 2.0)),
 )
 """Corners from the start of each arrow to its point."""
 
-NOTES = ((2.15, 4.3, "bounds"),)
+NOTES = ((7.7, 3.4, "measures its error"),)
+"""Where something is written along an arrow, and what."""
 
 
 def draw_data_flow(axes: Axes) -> None:
@@ -84,9 +86,18 @@ def draw_data_flow(axes: Axes) -> None:
         axes.text(left + width / 2, HEIGHT - 0.35, lane, ha="center", va="center", weight="bold")
     for box in BOXES:
         _draw_box(axes, box)
+    for x, y, note in NOTES:
+        axes.text(x, y, note, rotation=90, ha="center", va="center", fontsize="small")
     for corners in ARROWS:
         axes.plot(*zip(*corners[:-1], strict=True), color=INK, linewidth=0.9, solid_capstyle="butt")
-        tip = {"arrowstyle": "-|>", "color": INK, "linewidth": 0.9, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 8}
+        tip = {
+            "arrowstyle": "-|>",
+            "color": INK,
+            "linewidth": 0.9,
+            "shrinkA": 0,
+            "shrinkB": 0,
+            "mutation_scale": 8,
+        }
         axes.annotate("", corners[-1], corners[-2], arrowprops=tip)
     axes.set(xlim=(0, WIDTH), ylim=(0, HEIGHT), aspect="equal")
     axes.set_axis_off()

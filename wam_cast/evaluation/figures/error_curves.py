@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,7 +56,13 @@ def draw_error_curve(
     for name, look in curve_looks(curves).items():
         axes.plot(x, curves[name] * CM, label=name, **(look | {"marker": ""}))
     if path is not None:
-        descent = {"color": INK, "linewidth": 0.7, "marker": "o", "markersize": 4.5, "markerfacecolor": PALE}
+        descent: Any = {
+            "color": INK,
+            "linewidth": 0.7,
+            "marker": "o",
+            "markersize": 4.5,
+            "markerfacecolor": PALE,
+        }
         axes.plot(path[0], path[1] * CM, label="descent", **descent)
     if chosen is not None:
         axes.axvline(chosen, label=f"chosen: {chosen:.3g}", **CHOSEN_LINE)

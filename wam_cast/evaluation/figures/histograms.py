@@ -34,7 +34,7 @@ def draw_histogram(
     axes
         Where to draw.
     values
-        One a cast, in SI units, shape (n,); those that are nan are counted in a note.
+        One a cast, in SI units, shape (n,); the legend counts those that are nan.
     label
         What they are, and the unit in which they are shown, such as `distance [cm]`.
     scale
@@ -50,7 +50,7 @@ def draw_histogram(
         axes.axvline(limit, label=name, **CHOSEN_LINE)
     n_unknown = len(values) - len(known)
     if n_unknown:
-        axes.set_title(f"{n_unknown} of {len(values)} casts have none", fontsize="small")
+        axes.plot([], [], " ", label=f"{n_unknown} of {len(values)} casts have no value")
     axes.set_xlabel(label)
     axes.set_ylabel("number of casts [1]")
-    draw_legend(axes)
+    draw_legend(axes, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)

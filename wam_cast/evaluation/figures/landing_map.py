@@ -15,12 +15,16 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from matplotlib.axes import Axes
+    from matplotlib.contour import QuadContourSet
 
 Array = NDArray[np.float64]
 
 COLORS = "viridis"
 
 FORBIDDEN = (0.97, 0.97, 0.97)
+
+LABELLED, APART = 0.42, 0.10
+"""How far from the middle of the axes contours are labelled, and how far from each other, as shares of the axes."""
 
 
 def draw_landing_map(
@@ -55,22 +59,37 @@ def draw_landing_map(
     """
     norm = BoundaryNorm(levels, 256, extend="both")
     axes.contourf(distance, speed, landing, levels, norm=norm, cmap=COLORS, extend="both")
-    lines = axes.contour(distance, speed, landing, levels, colors="white", linewidths=0.7)
     shown = np.where(is_allowed, landing, np.nan)
     if np.isfinite(shown).any():
-        inner = levels[(levels > np.nanmin(shown)) & (levels < np.nanmax(shown))]
-        axes.clabel(lines, inner, fmt="%.2f", fontsize="small", colors="white")
+        lines = axes.contour(distance, speed, shown, levels, colors="white", linewidths=0.7)
+        places = _label_places(lines, distance, speed)
+        axes.clabel(lines, fmt="%.2f", fontsize="small", colors="white", manual=places)
     if not is_allowed.all():
         cover = np.where(is_allowed, 1.0, 0.0)
-        axes.contourf(
-            distance, speed, cover, [-0.5, 0.5], colors=[FORBIDDEN], hatches=["////"], zorder=3
-        )
+        axes.contourf(distance, speed, cover, [-0.5, 0.5], colors=[FORBIDDEN], hatches=["////"], zorder=3)
     if casts is not None:
-        axes.plot(casts[:, 0], casts[:, 1], "o", color="white", markersize=3, markeredgecolor="black", zorder=4)
+        axes.plot(
+            casts[:, 0], casts[:, 1], "o", color="white", markersize=2.5, markeredgecolor="black", zorder=4
+        )
     axes.set(xlim=(distance[0], distance[-1]), ylim=(speed[0], speed[-1]))
     axes.set_title(f"wait {wait * MS:.0f} ms")
     axes.set_xlabel("distance [m]")
     axes.set_ylabel("speed [m/s]")
+
+
+def _label_places(lines: QuadContourSet, distance: Array, speed: Array) -> list[Array]:
+    """Return points (2,) for the labels: of each contour the one nearest to the middle, unless it is at the edge or taken."""
+    extent = np.array([np.ptp(distance), np.ptp(speed)])
+    middle = np.array([distance[0], speed[0]]) + extent / 2
+    places: list[Array] = []
+    for path in lines.get_paths():
+        points = (np.asarray(path.vertices, dtype=float).reshape(-1, 2) - middle) / extent
+        points = points[np.max(np.abs(points), axis=1) < LABELLED]
+        if len(points):
+            place = points[np.argmin(np.linalg.norm(points, axis=1))]
+            if all(np.linalg.norm(place - taken) > APART for taken in places):
+                places.append(place)
+    return [middle + place * extent for place in places]
 
 
 def draw_landing_scale(axes: Sequence[Axes], levels: Array) -> None:

@@ -49,7 +49,9 @@ def draw_learning_curves(
     """
     for name, look in curve_looks(curves).items():
         curve = curves[name]
-        axes.fill_between(n_train, curve.low * CM, curve.high * CM, color=look["color"], alpha=0.2, linewidth=0)
+        axes.fill_between(
+            n_train, curve.low * CM, curve.high * CM, color=look["color"], alpha=0.2, linewidth=0
+        )
         axes.plot(n_train, curve.median * CM, label=name, **look)
     if paper is not None:
         axes.plot(paper[0], paper[1] * CM, label=f"paper: {paper[1] * CM:.3g} cm", **PAPER_MARK)

@@ -20,8 +20,8 @@ CM, MM, MS, PERCENT = 1e2, 1e3, 1e3, 1e2
 
 DARK: Color = (0.17, 0.09, 0.38)
 MIDDLE: Color = (0.76, 0.27, 0.09)
-LIGHT: Color = (0.16, 0.63, 0.60)
-PALE: Color = (0.68, 0.70, 0.73)
+LIGHT: Color = (0.27, 0.70, 0.66)
+PALE: Color = (0.75, 0.77, 0.80)
 """From dark to light, told apart by those who see no colours."""
 
 LOOKS: tuple[dict[str, Any], ...] = (
@@ -65,7 +65,9 @@ def mark_log_axis(axis: Axis) -> None:
     if n_decades > 5:
         axis.set_major_formatter(LogFormatterMathtext())
         return
-    steps = (1.0,) if n_decades > 3 else (1.0, 2.0, 5.0) if n_decades > 0.8 else (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)
+    steps = (
+        (1.0,) if n_decades > 3 else (1.0, 2.0, 5.0) if n_decades > 0.8 else (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)
+    )
     axis.set_major_locator(LogLocator(subs=steps, numticks=50))
     axis.set_major_formatter(StrMethodFormatter("{x:g}"))
     axis.set_minor_locator(LogLocator(subs=range(1, 10), numticks=50) if n_decades > 0.8 else NullLocator())

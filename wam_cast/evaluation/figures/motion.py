@@ -25,9 +25,7 @@ BALL_LINE: Any = {"color": MIDDLE, "linewidth": 1.5, "linestyle": (0, (5, 1.5, 1
 LANDING_LINE: Any = {"color": INK, "linewidth": 1.0, "linestyle": (0, (1, 1.5))}
 
 
-def draw_motion(
-    path_axes: Axes, radius_axes: Axes, height_axes: Axes, recording: CastRecording
-) -> None:
+def draw_motion(path_axes: Axes, radius_axes: Axes, height_axes: Axes, recording: CastRecording) -> None:
     """Draw a recorded cast: its paths, and over time the hand's distance and height as desired and as they were, and the ball's.
 
     Parameters
@@ -41,15 +39,16 @@ def draw_motion(
     """
     recording = finite_part(recording)
     draw_side_view(path_axes, recording)
-    bearing = recording.cast.bearing
-    hand, desired, ball = (
-        in_casting_plane(path, bearing).T for path in (recording.p_WE, recording.p_WE_desired, recording.p_WL)
-    )
+    shown = recording.times <= _time_shown(recording)
+    paths = (recording.p_WE, recording.p_WE_desired, recording.p_WL)
+    hand, desired, ball = (in_casting_plane(path[shown], recording.cast.bearing).T for path in paths)
     for axes, row in ((radius_axes, 0), (height_axes, 1)):
         _draw_stages(axes, recording)
-        axes.plot(recording.times, hand[row], label="hand", **HAND_LINE)
-        axes.plot(recording.times, desired[row], color=INK, label="hand, desired", zorder=3, **DESIRED_LINE)
-        axes.plot(recording.times, ball[row], label="ball", **BALL_LINE)
+        axes.plot(recording.times[shown], hand[row], label="hand", **HAND_LINE)
+        axes.plot(
+            recording.times[shown], desired[row], label="hand, desired", color=INK, zorder=3, **DESIRED_LINE
+        )
+        axes.plot(recording.times[shown], ball[row], label="ball", **BALL_LINE)
         if np.isfinite(recording.outcome.crossing_time):
             axes.axvline(recording.outcome.crossing_time, label="landing", **LANDING_LINE)
     height_axes.axhline(recording.scenario.cup.rim_height, color=INK, label="rim plane", **RIM_PLANE_LINE)
@@ -79,11 +78,9 @@ def _draw_stages(axes: Axes, recording: CastRecording) -> None:
 def _name_stages(axes: Axes, recording: CastRecording) -> None:
     """Write the name of each stage above its band, aslant, so that short ones have room."""
     last = _time_shown(recording)
+    above: Any = {"xycoords": axes.get_xaxis_transform(), "xytext": (0, 2), "textcoords": "offset points"}
+    aslant: Any = {"rotation": 30, "rotation_mode": "anchor", "fontsize": "small"}
     for stage, piece in stage_pieces(recording.stages):
         start, end = recording.times[piece][[0, -1]]
         if start < last:
-            middle = (start + min(end, last)) / 2
-            at = {"xycoords": axes.get_xaxis_transform(), "textcoords": "offset points"}
-            axes.annotate(
-                stage_name(stage), (middle, 1.0), (0, 2), ha="left", rotation=30, rotation_mode="anchor", fontsize="small", **at
-            )
+            axes.annotate(stage_name(stage), ((start + min(end, last)) / 2, 1.0), **above, **aslant)

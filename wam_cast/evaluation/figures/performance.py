@@ -102,14 +102,12 @@ def _draw_cup(axes: Axes, radius: float, clear: float) -> None:
     for edge in (-radius, -clear, clear, radius):
         axes.axhline(edge, color=INK, linewidth=0.5, zorder=0.5)
     axes.axhline(0.0, color=INK, linewidth=0.5, linestyle=(0, (1, 3)), zorder=0.5)
-    axes.set_ylim(-1.2 * radius, 1.2 * radius)
-    axes.set_autoscaley_on(True)
 
 
 def _draw_executed(axes: Axes, cups: Array, executed: Array, status: Status) -> None:
     is_good = status in (Status.CAUGHT, Status.LANDED)
     look: Any = {"color": DARK if is_good else MIDDLE, "marker": MARKERS[status], "linestyle": "none"}
-    look |= {"markersize": 3 if is_good else 7, "zorder": 3 if is_good else 4}
+    look |= {"markersize": 3 if is_good else 7, "markeredgewidth": 1.3, "zorder": 3 if is_good else 4}
     landed = np.isfinite(executed)
     axes.plot(cups[landed], executed[landed] * MM, label=status_name(status), **look)
     edge = {"transform": axes.get_xaxis_transform(), "clip_on": False}
@@ -136,6 +134,6 @@ def draw_miss_distribution(axes: Axes, misses: Mapping[str, Array]) -> None:
     mark_log_axis(axes.xaxis)
     axes.set_ylim(0, 101)
     axes.grid()
-    axes.set_xlabel("landing from the cup's middle, at most [mm]")
+    axes.set_xlabel("miss, at most [mm]")
     axes.set_ylabel("casts [%]")
     draw_legend(axes)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.patheffects import withStroke
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from wam_cast.evaluation.camera import Camera, view_rotation
 from wam_cast.evaluation.figures.looks import CM
-from wam_cast.evaluation.recorded import CEILING_RADIUS, CEILING_THICKNESS
+from wam_cast.evaluation.recorded import CEILING_THICKNESS
 from wam_cast.evaluation.scene import CastScene, make_renderer
 from wam_cast.evaluation.style import INK
 from wam_cast.scenario import Scenario
@@ -61,7 +61,8 @@ def render_set_up(scenario: Scenario, cup: tuple[float, float]) -> SetUpView:
     parts = _parts(scenario, math.hypot(*cup), bearing) | {"WAM arm": scene.position("link4")}
     dimensions = _dimensions(scenario, math.hypot(*cup), bearing)
     mount = parts["ceiling mount"]
-    shown = [*dimensions.values(), mount + [CEILING_RADIUS, 0, 0], mount - [CEILING_RADIUS, 0, 0]]
+    room = [_in_world(along, 0.0, bearing) for along in (-0.34, math.hypot(*cup) + 0.1)]
+    shown = [*dimensions.values(), mount, *room]
     camera = Camera.framing(np.vstack(shown), view_rotation(bearing, TURN, ELEVATION), PICTURE_SIZE)
     return SetUpView(
         scene.render(camera.to_drake("vtk")),
@@ -82,7 +83,7 @@ def _parts(scenario: Scenario, cup_distance: float, bearing: float) -> dict[str,
     places = {
         "ceiling mount": (0.0, scenario.arm.mount_height + CEILING_THICKNESS),
         "hand": (radius, hand),
-        "string": (radius, hand - 0.4 * scenario.string.length),
+        "string": (radius, hand - 0.15 * scenario.string.length),
         "ball": (radius, hand - scenario.string.length),
         "cup": (cup_distance, 0.7 * scenario.cup.rim_height),
     }
@@ -93,13 +94,13 @@ def _dimensions(scenario: Scenario, cup_distance: float, bearing: float) -> dict
     """Return the ends of each dimension line [m], shape (2, 3), by what it says."""
     radius, hand = scenario.motion.start_radius, scenario.motion.start_height
     rim, ceiling, string = scenario.cup.rim_height, scenario.arm.mount_height, scenario.string.length
-    beside_string, beside_cup = radius + 0.05, cup_distance + scenario.cup.outer_radius + 0.05
+    behind, beside_string, beside_cup = -0.27, radius + 0.07, cup_distance - scenario.cup.outer_radius - 0.04
     spans = {
-        f"ceiling {_cm(ceiling)}": ((-0.27, 0.0), (-0.27, ceiling)),
+        f"ceiling {_cm(ceiling)}": ((behind, 0.0), (behind, ceiling)),
         f"string {_cm(string)}": ((beside_string, hand - string), (beside_string, hand)),
-        f"hand {_cm(hand)}": ((beside_string + 0.17, 0.0), (beside_string + 0.17, hand)),
+        f"hand {_cm(hand)}": ((beside_string + 0.12, 0.0), (beside_string + 0.12, hand)),
         f"rim {_cm(rim)}": ((beside_cup, 0.0), (beside_cup, rim)),
-        f"distance of the cup {_cm(cup_distance)}": ((0.0, 0.0, -0.15), (cup_distance, 0.0, -0.15)),
+        f"cup {_cm(cup_distance)} from the base axis": ((0.0, 0.0, -0.15), (cup_distance, 0.0, -0.15)),
     }
     return {
         text: np.array([_in_world(along, height, bearing, *across) for along, height, *across in ends])
@@ -117,35 +118,37 @@ def draw_set_up(axes: Axes, view: SetUpView) -> None:
     axes.imshow(view.image, interpolation="antialiased")
     for text, ends in view.dimensions.items():
         _draw_dimension(axes, text, ends)
-    for names, column, align in (
-        ([name for name in view.parts if name in LEFT], -0.04 * width, "right"),
-        ([name for name in view.parts if name not in LEFT], 1.04 * width, "left"),
-    ):
-        for name in names:
-            row = view.parts[name][1]
-            leader = {"arrowstyle": "-", "color": INK, "linewidth": 0.6, "shrinkB": 0}
-            axes.annotate(
-                name, view.parts[name], (column, row), ha=align, va="center", arrowprops=leader, annotation_clip=False
-            )
-            axes.plot(*view.parts[name], "o", color=INK, markersize=2.5)
+    leader = {"arrowstyle": "-", "color": INK, "linewidth": 0.6, "shrinkB": 0}
+    for name, point in view.parts.items():
+        column, align = (-0.04 * width, "right") if name in LEFT else (1.04 * width, "left")
+        label: Any = {"ha": align, "va": "center", "annotation_clip": False}
+        axes.annotate(name, tuple(point), (column, point[1]), arrowprops=leader, **label)
+        axes.plot(*point, "o", color=INK, markersize=2.5)
     axes.set_xlim(-0.5, width - 0.5)
     axes.set_ylim(height - 0.5, -0.5)
     axes.set_axis_off()
 
 
 def _draw_dimension(axes: Axes, text: str, ends: Array) -> None:
-    """Draw a line with a bar at each end, and what it says: at its right, or below it if it lies."""
-    bars = {"arrowstyle": "|-|,widthA=0.25,widthB=0.25", "color": INK, "linewidth": 0.7, "shrinkA": 0, "shrinkB": 0}
-    axes.annotate("", ends[0], ends[1], arrowprops=bars)
+    """Draw a line with a bar at each end, and what it says: along it at its left, or below it if it lies."""
+    bars = {
+        "arrowstyle": "|-|,widthA=0.25,widthB=0.25",
+        "color": INK,
+        "linewidth": 0.7,
+        "shrinkA": 0,
+        "shrinkB": 0,
+    }
+    axes.annotate("", tuple(ends[0]), tuple(ends[1]), arrowprops=bars)
     across, up = np.abs(ends[1] - ends[0])
-    offset, align = ((0, -4), ("center", "top")) if across > up else ((4, 0), ("left", "center"))
+    upright: Any = {"xytext": (-2, 0), "ha": "right", "va": "center", "rotation": 90}
+    lying: Any = {"xytext": (0, -4), "ha": "center", "va": "top"}
+    halo = [withStroke(linewidth=2.5, foreground="white")]
+    where = lying if across > up else upright
     axes.annotate(
         text,
-        ends.mean(axis=0),
-        offset,
+        tuple(ends.mean(axis=0)),
         textcoords="offset points",
-        ha=align[0],
-        va=align[1],
         fontsize="small",
-        path_effects=[withStroke(linewidth=2.5, foreground="white")],
+        path_effects=halo,
+        **where,
     )

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from wam_cast.errors import InputError
-from wam_cast.evaluation.style import figure_style
+from wam_cast.evaluation.style import storing_style
 from wam_cast.files import write_file
 
 if TYPE_CHECKING:
@@ -49,6 +49,6 @@ def write_figure(figure: Figure, path: str | Path, *, dpi: float = 120) -> None:
     """
     content = io.BytesIO()
     file_format = picture_format(path)
-    with figure_style():
+    with storing_style():
         figure.savefig(content, format=file_format, dpi=dpi, metadata=NO_DATE[file_format])
     write_file(path, content.getvalue())

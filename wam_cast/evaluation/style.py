@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import AbstractContextManager
 from pathlib import Path
 
-from matplotlib import rc_context
+from matplotlib import rc_context, rc_params_from_file
 
 from wam_cast.system.motion import Stage
 from wam_cast.system.outcome import Status
@@ -32,11 +32,14 @@ STYLE_SHEET = Path(__file__).parent / "wam_cast.mplstyle"
 
 
 def figure_style() -> AbstractContextManager[None]:
-    """Return a context in which figures are made and stored in the style of `STYLE_SHEET`, whatever the user's settings are.
-
-    Matplotlib looks up some settings when a figure is made and others when it is stored, so both belong inside.
-    """
+    """Return a context in which figures are made in the style of `STYLE_SHEET`, whatever the user's settings are."""
     return rc_context(fname=STYLE_SHEET)
+
+
+def storing_style() -> AbstractContextManager[None]:
+    """Return a context in which figures of any style are stored as `STYLE_SHEET` says: with their fonts, text as text."""
+    sheet = rc_params_from_file(STYLE_SHEET, use_default_template=False)
+    return rc_context({name: value for name, value in sheet.items() if name.startswith(("pdf.", "svg."))})
 
 
 def stage_name(stage: Stage) -> str:

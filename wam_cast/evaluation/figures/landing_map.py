@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,8 +24,8 @@ COLORS = "viridis"
 
 FORBIDDEN = (0.97, 0.97, 0.97)
 
-LABELLED, APART = 0.42, 0.10
-"""How far from the middle of the axes contours are labelled, and how far from each other, as shares of the axes."""
+ROOM, APART = 0.08, 0.15
+"""Half the room that a contour's label takes, and how far labels are apart at least, as shares of the axes."""
 
 
 def draw_landing_map(
@@ -45,7 +46,7 @@ def draw_landing_map(
     axes
         Where to draw; `draw_landing_scale` gives a row of them one colour bar.
     distance, speed
-        Of the casts [m] and [m/s], shapes (n,) and (m,), rising.
+        Of the casts [m] and [m/s], shapes (n,) and (m,), evenly rising.
     landing
         Predicted, from the base axis outward [m], shape (m, n).
     is_allowed
@@ -62,8 +63,8 @@ def draw_landing_map(
     shown = np.where(is_allowed, landing, np.nan)
     if np.isfinite(shown).any():
         lines = axes.contour(distance, speed, shown, levels, colors="white", linewidths=0.7)
-        places = _label_places(lines, distance, speed)
-        axes.clabel(lines, fmt="%.2f", fontsize="small", colors="white", manual=places)
+        places = _label_places(lines, distance, speed, is_allowed)
+        axes.clabel(lines, fmt="%.2f", fontsize="small", colors="white", manual=places, zorder=5)
     if not is_allowed.all():
         cover = np.where(is_allowed, 1.0, 0.0)
         axes.contourf(distance, speed, cover, [-0.5, 0.5], colors=[FORBIDDEN], hatches=["////"], zorder=3)
@@ -77,19 +78,31 @@ def draw_landing_map(
     axes.set_ylabel("speed [m/s]")
 
 
-def _label_places(lines: QuadContourSet, distance: Array, speed: Array) -> list[Array]:
-    """Return points (2,) for the labels: of each contour the one nearest to the middle, unless it is at the edge or taken."""
+def _label_places(
+    lines: QuadContourSet, distance: Array, speed: Array, is_allowed: NDArray[np.bool_]
+) -> list[Array]:
+    """Return points (2,) for the labels: of each contour the one nearest to the middle that has room."""
     extent = np.array([np.ptp(distance), np.ptp(speed)])
-    middle = np.array([distance[0], speed[0]]) + extent / 2
+    corner = np.array([distance[0], speed[0]])
     places: list[Array] = []
     for path in lines.get_paths():
-        points = (np.asarray(path.vertices, dtype=float).reshape(-1, 2) - middle) / extent
-        points = points[np.max(np.abs(points), axis=1) < LABELLED]
-        if len(points):
-            place = points[np.argmin(np.linalg.norm(points, axis=1))]
+        shares = (np.asarray(path.vertices, dtype=float).reshape(-1, 2) - corner) / extent
+        shares = shares[_has_room(shares, is_allowed)]
+        if len(shares):
+            place = shares[np.argmin(np.linalg.norm(shares - 0.5, axis=1))]
             if all(np.linalg.norm(place - taken) > APART for taken in places):
                 places.append(place)
-    return [middle + place * extent for place in places]
+    return [corner + place * extent for place in places]
+
+
+def _has_room(shares: Array, is_allowed: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which points, shape (n, 2), in shares of the axes, are far enough from the axes' edge and from what is hatched."""
+    room = np.all((shares > ROOM) & (shares < 1 - ROOM), axis=1)
+    last = np.array(is_allowed.shape[::-1]) - 1
+    for offset in product((-ROOM, ROOM), repeat=2):
+        column, row = np.rint(np.clip(shares + offset, 0, 1) * last).astype(int).T
+        room &= is_allowed[row, column]
+    return room
 
 
 def draw_landing_scale(axes: Sequence[Axes], levels: Array) -> None:

@@ -61,6 +61,9 @@ def curve_looks(names: Iterable[str]) -> dict[str, dict[str, Any]]:
 def mark_log_axis(axis: Axis) -> None:
     """Label a logarithmic axis, whose data are drawn already, with plain numbers where it spans few decades."""
     low, high = sorted(axis.get_view_interval())
+    if not 0 < low < high:  # nothing is drawn, so any limits will do that have logarithms
+        axis.axes.set(**{f"{axis.axis_name}lim": (0.1, 10.0)})
+        return
     n_decades = math.log10(high / low)
     if n_decades > 5:
         axis.set_major_formatter(LogFormatterMathtext())

@@ -127,9 +127,10 @@ def draw_miss_distribution(axes: Axes, misses: Mapping[str, Array]) -> None:
     """
     for name, look in curve_looks(misses).items():
         values = np.sort(misses[name][np.isfinite(misses[name])]) * MM
-        shares = np.arange(len(values) + 1) / max(len(misses[name]), 1) * PERCENT
+        steps = np.append(values[:1], values)
+        shares = np.arange(len(steps)) / max(len(misses[name]), 1) * PERCENT
         line = look | {"marker": ""}
-        axes.plot(np.append(values[:1], values), shares, drawstyle="steps-post", label=name, **line)
+        axes.plot(steps, shares, drawstyle="steps-post", label=name, **line)
     axes.set_xscale("log")
     mark_log_axis(axes.xaxis)
     axes.set_ylim(0, 101)

@@ -1,0 +1,41 @@
+"""What noise does to where one and the same cast lands."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.patches import Circle
+from numpy.typing import NDArray
+
+from wam_cast.evaluation.figures.looks import MM, draw_legend
+from wam_cast.evaluation.figures.parity import DOTS
+from wam_cast.evaluation.style import INK
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+
+def draw_landing_scatter(axes: Axes, clean: Array, noisy: Array, *, clear_radius: float) -> None:
+    """Draw how far noise moved each landing.
+
+    Parameters
+    ----------
+    axes
+        Where to draw.
+    clean, noisy
+        Landings along and across the casting plane [m] without and with noise, each of shape (n, 2); nan if there was none.
+    clear_radius
+        How far from the cup's middle a ball may pass without touching the rim [m].
+    """
+    along, across = (noisy - clean).T * MM
+    rim = Circle((0, 0), clear_radius * MM, facecolor="none", edgecolor=INK, label="clears the rim")
+    axes.add_patch(rim)
+    axes.plot(along, across, label="casts", **DOTS)
+    axes.plot(0, 0, "+", color=INK, markersize=8)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel("moved along the plane [mm]")
+    axes.set_ylabel("moved across it [mm]")
+    draw_legend(axes)

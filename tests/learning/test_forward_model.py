@@ -150,11 +150,11 @@ def test_a_tuned_result_makes_the_model_without_opening_the_test_casts(data, mod
         input_bounds=cast_bounds(SCENARIO),
     )
     monkeypatch.setattr(Parts, "open_test", None)  # not to be called
-    other = ForwardModel.from_tuning(data, tuned)
+    other = ForwardModel.from_hyperparameters(data, tuned.sigma, tuned.regularization)
     np.testing.assert_array_equal(predictions(other), predictions(model))
     assert math.isnan(other.info.test_rmse)
     assert replace(other.info, test_rmse=model.info.test_rmse) == model.info
-    one = ForwardModel.from_tuning(data, replace(tuned, sigma=0.7))
+    one = ForwardModel.from_hyperparameters(data, 0.7, tuned.regularization)
     assert one.info.sigma == (0.7, 0.7, 0.7)
     assert one.info.leave_one_out_rmse > model.info.leave_one_out_rmse
 

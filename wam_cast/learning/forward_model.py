@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from wam_cast.cast import cast_bounds
 from wam_cast.errors import InputError
@@ -114,19 +114,14 @@ class ForwardModel:
             If too few of the dataset's casts came down to the rim plane.
         """
         parts = split_casts(data)
-        tuned = tune_by_leave_one_out(
-            parts.train.X,
-            parts.train.y[:, 0],
-            sigma0=[START_SIGMA] * parts.train.X.shape[1],
-            input_bounds=cast_bounds(data.scenario),
-        )
-        model = cls.from_tuning(data, tuned)
+        tuned = tune_model(data.scenario, parts.train)
+        model = cls.from_hyperparameters(data, tuned.sigma, tuned.regularization)
         model.info = replace(model.info, test_rmse=model.landing_rmse(parts.open_test()))
         return model
 
     @classmethod
-    def from_tuning(cls, data: CastDataset, tuned: TuningResult) -> Self:
-        """Fit to the training casts of a dataset, with a sigma (or several) and a regularization chosen before.
+    def from_hyperparameters(cls, data: CastDataset, sigma: ArrayLike, regularization: float) -> Self:
+        """Fit to the training casts of a dataset, with a sigma (or one for each parameter) and a lambda chosen before.
 
         The test casts stay closed.
 
@@ -136,14 +131,14 @@ class ForwardModel:
             As from `fit`.
         """
         parts = split_casts(data)
-        distance, speed, wait = (float(sigma) for sigma in np.broadcast_to(tuned.sigma, 3))
+        distance, speed, wait = (float(one) for one in np.broadcast_to(np.squeeze(sigma), 3))
         info = Fit(
             seed=data.seed,
             n_train=len(parts.train.X),
             n_validation=len(parts.validation.X),
             n_test=parts.n_test,
             sigma=(distance, speed, wait),
-            regularization=tuned.regularization,
+            regularization=regularization,
         )
         model = cls(data.scenario, *parts.train, _reach(data), info)
         residuals = model._estimator.leave_one_out_residuals()[:, 0]
@@ -156,7 +151,7 @@ class ForwardModel:
 
     def landing_rmse(self, part: Part) -> float:
         """Return the root mean squared error of the predicted landing along the casting plane [m]."""
-        residuals = self.predict(part.X)[:, 0] - part.y[:, 0]
+        residuals = self.predict(part.X)[:, 0] - part.landing
         return float(np.sqrt(np.mean(residuals**2)))
 
     def predict(self, casts: Array) -> Array:
@@ -217,6 +212,13 @@ class ForwardModel:
                 "name a model of this scenario, or make one with: wam-cast generate, then wam-cast fit"
             )
         return cls(scenario, stored.known_casts, stored.known_outputs, stored.reach, stored.info)
+
+
+def tune_model(scenario: Scenario, train: Part) -> TuningResult:
+    """Return the sigma of each parameter and the lambda of least leave-one-out error over training casts."""
+    return tune_by_leave_one_out(
+        train.X, train.landing, sigma0=[START_SIGMA] * train.X.shape[1], input_bounds=cast_bounds(scenario)
+    )
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,11 @@ class Part(NamedTuple):
     y: Array
     """Landing along and across the casting plane [m] and entry angle [rad], shape (n, 3)."""
 
+    @property
+    def landing(self) -> Array:
+        """Landing along the casting plane [m], shape (n,): the paper's target."""
+        return self.y[:, 0]
+
 
 class Parts:
     """Training, validation and test casts of a dataset, without those that never came down to the rim plane.

@@ -105,7 +105,7 @@ class _Run:
         chosen = selection.per_parameter
 
         def model() -> ForwardModel:
-            return ForwardModel.from_chosen(self._casts, chosen.sigma, chosen.regularization)
+            return ForwardModel.from_hyperparameters(self._casts, chosen.sigma, chosen.regularization)
 
         landing_map = self._phase("landing map", LandingMap, lambda _: map_landings(model()))
         executions = tuple(

@@ -16,6 +16,7 @@ from wam_cast.evaluation.experiment.results import (
     floats,
     maybe_floats,
 )
+from wam_cast.learning.forward_model import START_SIGMA, tune_model
 from wam_cast.learning.kernel_ridge import KernelRidge
 from wam_cast.learning.leave_one_out import tune_by_leave_one_out
 from wam_cast.learning.parts import Parts
@@ -43,9 +44,9 @@ def select_models(scenario: Scenario, parts: Parts, report: Report) -> Selection
         report(done, n_steps)
 
     report(0, n_steps)
-    isotropic = errors.chosen(errors.by_leave_one_out(0.5))
+    isotropic = errors.chosen(errors.by_leave_one_out())
     finished()
-    per_parameter = errors.chosen(errors.by_leave_one_out([isotropic.sigma[0]] * 3))
+    per_parameter = errors.chosen(tune_model(scenario, parts.train))
     finished()
     descents = []
     for start in DESCENT_STARTS:
@@ -66,6 +67,11 @@ def select_models(scenario: Scenario, parts: Parts, report: Report) -> Selection
     )
 
 
+def select_per_parameter(scenario: Scenario, parts: Parts) -> Chosen:
+    """Choose a sigma for each parameter and lambda; the test part stays closed."""
+    return _Errors(scenario, parts).chosen(tune_model(scenario, parts.train))
+
+
 def regularization_curve(scenario: Scenario, parts: Parts, sigma: tuple[float, ...]) -> ErrorCurve:
     """Return the errors over lambda at one `sigma`."""
     errors = _Errors(scenario, parts)
@@ -79,9 +85,9 @@ class _Errors:
         self._bounds = cast_bounds(scenario)
         self._train, self._validation = parts.train, parts.validation
 
-    def by_leave_one_out(self, sigma0: float | list[float]) -> TuningResult:
+    def by_leave_one_out(self) -> TuningResult:
         return tune_by_leave_one_out(
-            self._train.X, self._train.landing, sigma0=sigma0, input_bounds=self._bounds
+            self._train.X, self._train.landing, sigma0=START_SIGMA, input_bounds=self._bounds
         )
 
     def by_validation(self, sigma0: float, regularization: float) -> TuningResult:

@@ -136,10 +136,8 @@ class CastStation:
     def _connect(self, builder: DiagramBuilder) -> None:
         plant = self.plant
         self._arm = plant.GetModelInstanceByName("wam7")
-        measured, commanded = (
-            plant.get_state_output_port(self._arm),
-            self.controller.GetOutputPort("actuation"),
-        )
+        measured = plant.get_state_output_port(self._arm)
+        commanded = self.controller.GetOutputPort("actuation")
         if self.scenario.noise.encoder_counts > 0:
             measured = self._add_encoders(builder, measured)
         if self.scenario.noise.torque > 0:

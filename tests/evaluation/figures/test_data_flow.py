@@ -1,5 +1,7 @@
 """The drawing of the project's structure: every text in its box, every arrow from one box to another."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -26,7 +28,7 @@ def test_every_box_holds_its_texts(axes, texts_of):
     assert set(LANES) <= set(boxes)
     for box in BOXES:
         half = np.array([box.width, box.height]) / 2
-        low, high = axes.transData.transform([(box.x, box.y) - half, (box.x, box.y) + half])
+        low, high = axes.transData.transform(np.add([box.x, box.y], [-half, half]))
         for text in filter(None, (box.name, box.detail)):
             drawn = boxes[text]
             assert np.all([drawn.x0, drawn.y0] >= low), text
@@ -58,7 +60,7 @@ def test_every_arrow_leads_from_one_box_to_another():
         "plan",
     ]
     chain += ["execution", "outcome"]
-    assert set(zip(chain[:-1], chain[1:], strict=True)) <= ways
+    assert set(pairwise(chain)) <= ways
     assert {("cup position", "planner"), ("cup position", "execution"), ("dataset", "forward model")} <= ways
 
 

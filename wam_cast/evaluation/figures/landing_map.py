@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm
+from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from wam_cast.evaluation.figures.looks import MS
+from wam_cast.evaluation.style import INK
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -64,7 +66,10 @@ def draw_landing_map(
     if np.isfinite(shown).any():
         lines = axes.contour(distance, speed, shown, levels, colors="white", linewidths=0.7)
         places = _label_places(lines, distance, speed, is_allowed)
-        axes.clabel(lines, fmt="%.2f", fontsize="small", colors="white", manual=places, zorder=5)
+        for label in axes.clabel(
+            lines, fmt="%.2f", fontsize="small", colors="white", manual=places, zorder=5
+        ):
+            label.set_path_effects([withStroke(linewidth=1.5, foreground=INK)])
     if not is_allowed.all():
         cover = np.where(is_allowed, 1.0, 0.0)
         axes.contourf(distance, speed, cover, [-0.5, 0.5], colors=[FORBIDDEN], hatches=["////"], zorder=3)
@@ -97,7 +102,7 @@ def _label_places(
 
 def _has_room(shares: Array, is_allowed: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return which points, shape (n, 2), in shares of the axes, are far enough from the axes' edge and from what is hatched."""
-    room = np.all((shares > ROOM) & (shares < 1 - ROOM), axis=1)
+    room: NDArray[np.bool_] = np.all((shares > ROOM) & (shares < 1 - ROOM), axis=1)
     last = np.array(is_allowed.shape[::-1]) - 1
     for offset in product((-ROOM, ROOM), repeat=2):
         column, row = np.rint(np.clip(shares + offset, 0, 1) * last).astype(int).T

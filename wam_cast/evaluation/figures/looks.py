@@ -62,7 +62,7 @@ def mark_log_axis(axis: Axis) -> None:
     """Label a logarithmic axis, whose data are drawn already, with plain numbers where it spans few decades."""
     low, high = sorted(axis.get_view_interval())
     if not 0 < low < high:  # nothing is drawn, so any limits will do that have logarithms
-        axis.axes.set(**{f"{axis.axis_name}lim": (0.1, 10.0)})
+        axis.set_view_interval(0.1, 10.0, ignore=True)
         return
     n_decades = math.log10(high / low)
     if n_decades > 5:

@@ -109,7 +109,7 @@ def _dimensions(scenario: Scenario, cup_distance: float, bearing: float) -> dict
 
 
 def _cm(length: float) -> str:
-    return f"{length * CM:.4g} cm"
+    return f"{round(length * CM, 1):g} cm"
 
 
 def draw_set_up(axes: Axes, view: SetUpView) -> None:

@@ -60,20 +60,28 @@ def compare(scenario: Scenario, parts: Parts, selection: Selection, seed: int, r
     best = min(polynomials, key=lambda one: one.validation_rmse)
     compared = {name: one for name, one in fitted.items() if not name.startswith(("polynomial", "variant"))}
     compared |= {"polynomial_12": fitted["polynomial_12"], "polynomial_best": best}
-    ard = fitted["ard"].estimator
+    ard, validation = fitted["ard"].estimator, parts.validation
 
     test = parts.open_test()
     return Comparison(
         rows=tuple(_row(name, one, test, seed) for name, one in compared.items()),
-        polynomials=tuple(_polynomial(one, test) for one in polynomials),
-        variants=tuple(_polynomial(one, test) for name, one in fitted.items() if name.startswith("variant")),
+        polynomials=tuple(_polynomial(one, parts, test) for one in polynomials),
+        variants=tuple(
+            _polynomial(one, parts, test) for name, one in fitted.items() if name.startswith("variant")
+        ),
         test_measured=floats(test.landing),
         test_predicted=floats(ard.predict(test.X)),
         held_out=_held_out(ard, parts),
         coverage=floats(COVERAGE),
-        empirical=_empirical_coverage(
-            {"KRR": ard, "Gaussian process": fitted["gaussian_process"].estimator}, parts.validation
-        ),
+        empirical={
+            "KRR": _empirical_coverage(
+                ard.predict(validation.X), ard.predict_std(validation.X), validation.landing
+            ),
+            "Gaussian process": _empirical_coverage(
+                *fitted["gaussian_process"].estimator.predict(validation.X, return_std=True),
+                validation.landing,
+            ),
+        },
     )
 
 
@@ -105,7 +113,7 @@ def _candidates(scenario: Scenario, selection: Selection, seed: int) -> dict[str
         )
     for degree in (3, 12):
         candidates[f"variant_raw_{degree}"] = (
-            "monomials in SI units, normal equations",
+            f"monomials in SI units, normal equations, of degree {degree}",
             baselines.raw_polynomial(degree),
         )
     candidates["variant_additive_12"] = (
@@ -146,13 +154,14 @@ def _row(name: str, fitted: _Fitted, test: Part, seed: int) -> Row:
     )
 
 
-def _polynomial(fitted: _Fitted, test: Part) -> PolynomialFit:
-    basis = fitted.estimator
+def _polynomial(fitted: _Fitted, parts: Parts, test: Part) -> PolynomialFit:
+    basis = fitted.estimator[:-1]
+    design = basis.transform(parts.train.X)
     return PolynomialFit(
         label=fitted.label,
-        degree=baselines.degree_of(basis),
-        n_terms=baselines.n_terms_of(basis),
-        condition=baselines.condition_of(basis),
+        degree=basis[-1].degree,
+        n_terms=design.shape[1],
+        condition=float(np.linalg.cond(design)),
         training_rmse=fitted.training_rmse,
         validation_rmse=fitted.validation_rmse,
         test_rmse=rmse(fitted.estimator.predict(test.X) - test.landing),
@@ -168,12 +177,8 @@ def _held_out(model: KernelRidge, parts: Parts) -> Residuals:
     return Residuals(distance=distance, speed=speed, wait=wait, residual=floats(residual))
 
 
-def _empirical_coverage(models: dict[str, Any], part: Part) -> dict[str, tuple[float, ...]]:
-    """Return the share of casts within each model's central intervals of the shares `COVERAGE`."""
+def _empirical_coverage(mean: Array, std: Array, measured: Array) -> tuple[float, ...]:
+    """Return the share of casts within the central intervals of the shares `COVERAGE`."""
+    normalized = np.abs(mean - measured) / std
     half_widths = norm.ppf((1 + COVERAGE) / 2)
-    coverage = {}
-    for name, model in models.items():
-        residual, std = model.predict(part.X) - part.landing, baselines.predicted_std(model, part.X)
-        normalized = np.abs(residual) / std
-        coverage[name] = floats(np.mean(normalized[:, np.newaxis] <= half_widths, axis=0))
-    return coverage
+    return floats(np.mean(normalized[:, np.newaxis] <= half_widths, axis=0))

@@ -6,18 +6,19 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from wam_cast.cast import Cast
-from wam_cast.evaluation.experiment.findings import Findings
-from wam_cast.evaluation.experiment.results import ErrorCurve, to_array
+from wam_cast.evaluation.experiment.findings import PAPERS_PLANNER, Findings
+from wam_cast.evaluation.experiment.results import ErrorCurve, Execution, to_array
 from wam_cast.evaluation.figures.calibration import draw_calibration
 from wam_cast.evaluation.figures.comparison import draw_comparison, draw_polynomials
 from wam_cast.evaluation.figures.data_flow import draw_data_flow
 from wam_cast.evaluation.figures.error_curves import draw_error_curve
 from wam_cast.evaluation.figures.histograms import draw_histogram
-from wam_cast.evaluation.figures.landing_map import draw_landing_map
-from wam_cast.evaluation.figures.learning_curves import draw_learning_curves
+from wam_cast.evaluation.figures.landing_map import draw_landing_map, draw_landing_scale
+from wam_cast.evaluation.figures.learning_curves import LearningCurve, draw_learning_curves
 from wam_cast.evaluation.figures.motion import draw_motion
 from wam_cast.evaluation.figures.noise import draw_landing_scatter
 from wam_cast.evaluation.figures.parity import draw_parity, draw_residuals
@@ -26,15 +27,17 @@ from wam_cast.evaluation.figures.set_up import draw_set_up, render_set_up
 from wam_cast.evaluation.figures.where_wrong import draw_residual_map, draw_shortest_move
 from wam_cast.evaluation.output import write_figure
 from wam_cast.evaluation.style import figure_style
+from wam_cast.scenario import Scenario
 from wam_cast.system.simulation import CastSimulator
 
 WIDTH = 7.2
 """Of a figure [in]: fills a page's width."""
 
+PAPERS_CASTS = 1300
 PAPERS_SIGMA = 0.35
 PAPERS_RMSE = 0.0224
 PAPERS_POLYNOMIAL_RMSE = 0.217
-"""Results of the paper, the errors in [m]."""
+"""Of the paper: training casts, sigma, and the test RMSE of its kernel regression and of its polynomial [m]."""
 
 
 def draw_figures(findings: Findings, folder: Path) -> Iterator[str]:
@@ -126,33 +129,32 @@ def _selection(findings: Findings) -> Figure:
 
 
 def _performance(findings: Findings) -> Figure:
-    executions = findings.executions
-    figure = Figure(figsize=(WIDTH, 7.2), layout="constrained")
+    executions = sorted(findings.executions, key=lambda one: one.planner != PAPERS_PLANNER)
+    figure = Figure(figsize=(WIDTH, 2.6 * len(executions) + 2.4), layout="constrained")
     *panels, last = figure.subplots(len(executions) + 1, 1)
-    scenario = findings.settings.scenario
-    for axes, execution in zip(panels, reversed(executions), strict=True):
-        trials = execution.trials
-        draw_performance(
-            axes,
-            np.array([trial.cup for trial in trials]),
-            np.array([trial.predicted_offset for trial in trials]),
-            to_array(trial.executed_offset for trial in trials),
-            [trial.status for trial in trials],
-            cup_radius=scenario.cup.inner_radius,
-            ball_radius=scenario.ball.radius,
-        )
-        axes.set_title(_planner_title(execution.planner))
+    for axes, execution in zip(panels, executions, strict=True):
+        _draw_execution(axes, execution, findings.settings.scenario)
     misses = {
         f"{execution.label}, {which}": to_array(getattr(trial, f"{which}_miss") for trial in execution.trials)
-        for execution in reversed(executions)
+        for execution in executions
         for which in ("predicted", "executed")
     }
     draw_miss_distribution(last, misses)
     return figure
 
 
-def _planner_title(planner: str) -> str:
-    return "gradient descent, as in the paper" if planner == "gradient" else "mathematical program"
+def _draw_execution(axes: Axes, execution: Execution, scenario: Scenario) -> None:
+    trials = execution.trials
+    draw_performance(
+        axes,
+        np.array([trial.cup for trial in trials]),
+        np.array([trial.predicted_offset for trial in trials]),
+        to_array(trial.executed_offset for trial in trials),
+        [trial.status for trial in trials],
+        cup_radius=scenario.cup.inner_radius,
+        ball_radius=scenario.ball.radius,
+    )
+    axes.annotate(execution.label, (0.01, 0.03), xycoords="axes fraction", weight="bold")
 
 
 def _comparison(findings: Findings) -> Figure:
@@ -201,18 +203,20 @@ def _where_wrong(findings: Findings) -> Figure:
     distance, speed, wait, residual = (
         np.array(values) for values in (held_out.distance, held_out.speed, held_out.wait, held_out.residual)
     )
-    draw_residual_map(
-        axes[0, 0], 100 * distance, speed, residual, xlabel="distance [cm]", ylabel="mean speed [m/s]"
-    )
+    draw_residual_map(axes[0, 0], distance, speed, residual, xlabel="distance [m]", ylabel="mean speed [m/s]")
     draw_shortest_move(axes[0, 0], findings.settings.scenario.motion.min_move_duration)
-    draw_residual_map(axes[0, 1], 1000 * wait, speed, residual, xlabel="wait [ms]", ylabel="mean speed [m/s]")
+    draw_residual_map(axes[0, 1], wait, speed, residual, xlabel="wait [s]", ylabel="mean speed [m/s]")
     return figure
 
 
 def _learning_curves(findings: Findings) -> Figure:
     figure, axes = _new(3.8)
-    curves = findings.learning_curves
-    draw_learning_curves(axes[0, 0], np.array(curves.n_train), curves.curves, paper=PAPERS_RMSE)
+    found = findings.learning_curves
+    curves = {
+        name: LearningCurve(np.array(band.median), np.array(band.low), np.array(band.high))
+        for name, band in found.curves.items()
+    }
+    draw_learning_curves(axes[0, 0], np.array(found.n_train), curves, paper=(PAPERS_CASTS, PAPERS_RMSE))
     return figure
 
 
@@ -227,7 +231,8 @@ def _landing_map(findings: Findings) -> Figure:
     found = findings.landing_map
     figure, axes = _new(2.8, 1, len(found.waits), sharey=True)
     landing, allowed = np.array(found.landing), np.array(found.is_allowed)
-    levels = np.arange(0.2, 1.05, 0.1)
+    low, high = np.nanmin(landing[:, allowed]), np.nanmax(landing[:, allowed])
+    levels = np.arange(np.floor(10 * low), np.ceil(10 * high) + 1) / 10
     for panel, wait, plane in zip(axes[0], found.waits, landing, strict=True):
         draw_landing_map(
             panel,
@@ -238,18 +243,16 @@ def _landing_map(findings: Findings) -> Figure:
             wait=wait,
             levels=levels,
         )
+    draw_landing_scale(axes[0], levels)
     return figure
 
 
 def _noise(findings: Findings) -> Figure:
     figure, axes = _new(6.0, 2, 2)
     noise, scenario = findings.noise, findings.settings.scenario
-    draw_landing_scatter(
-        axes[0, 0],
-        to_array(noise.along),
-        to_array(noise.across),
-        clear_radius=scenario.cup.inner_radius - scenario.ball.radius,
-    )
+    deviation = np.column_stack([to_array(noise.along), to_array(noise.across)])
+    clear = scenario.cup.inner_radius - scenario.ball.radius
+    draw_landing_scatter(axes[0, 0], np.zeros_like(deviation), deviation, clear_radius=clear)
     draw_error_curve(
         axes[0, 1],
         np.array(noise.regularization_curve.x),
@@ -257,6 +260,10 @@ def _noise(findings: Findings) -> Figure:
         xlabel="lambda [1]",
         chosen=noise.models[0].regularization,
     )
+    gradient = next(one for one in noise.executions if one.planner == PAPERS_PLANNER)
+    _draw_execution(axes[1, 0], gradient, scenario)
+    misses = {one.label: to_array(trial.executed_miss for trial in one.trials) for one in noise.executions}
+    draw_miss_distribution(axes[1, 1], misses)
     return figure
 
 

@@ -118,7 +118,7 @@ def _fitted(make: Callable[[_Task], Any], task: _Task, X: Array, y: Array) -> It
 
 
 def _polynomial(task: _Task) -> Any:
-    grid = {"basis__degree": list(range(1, MAX_DEGREE + 1))}
+    grid = {"legendrefeatures__degree": list(range(1, MAX_DEGREE + 1))}
     return GridSearchCV(
         baselines.polynomial(1, cast_bounds(task.scenario)),
         grid,

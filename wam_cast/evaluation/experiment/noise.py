@@ -46,7 +46,9 @@ def study_noise(
     models = _measure(settings, clean, noisy, chosen, clean_chosen)
 
     noisy_model = ForwardModel.from_hyperparameters(noisy_data, chosen.sigma, chosen.regularization)
-    clean_model = ForwardModel.from_hyperparameters(clean_data, clean_chosen.sigma, clean_chosen.regularization)
+    clean_model = ForwardModel.from_hyperparameters(
+        clean_data, clean_chosen.sigma, clean_chosen.regularization
+    )
     pairs = [(planner, noisy_model, "learned with noise") for planner in METHODS]
     pairs.append(("program", clean_model, "learned without noise"))
     executions: list[Execution] = []

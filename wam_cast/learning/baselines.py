@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import warnings
 from itertools import product
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
@@ -226,11 +226,11 @@ class SubsetTuned(RegressorMixin, BaseEstimator):
         )
         return self
 
-    def predict(self, X: ArrayLike) -> FloatArray:
-        """Return the mean of the process, shape (n,)."""
+    def predict(self, X: ArrayLike, return_std: bool = False) -> Any:
+        """Return the mean of the process, shape (n,), and with `return_std` the standard deviation of a new target, (n,)."""
         check_is_fitted(self)
-        prediction: FloatArray = self.process_.predict(validate_data(self, X, dtype=np.float64, reset=False))
-        return prediction
+        X_valid = validate_data(self, X, dtype=np.float64, reset=False)
+        return self.process_.predict(X_valid, return_std=return_std)
 
 
 class QuietMLP(MLPRegressor):

@@ -21,7 +21,7 @@ from wam_cast.cast import Cast
 from wam_cast.errors import InputError, checked_whole_number
 from wam_cast.learning.sampling import row_noise_seed, sample_cast
 from wam_cast.learning.storage import SCHEMA, DatasetDirectory, part_rows
-from wam_cast.learning.workers import run_rows
+from wam_cast.learning.workers import Workers, run_rows
 from wam_cast.scenario import Scenario
 from wam_cast.system.outcome import Status
 
@@ -128,7 +128,7 @@ def generate_dataset(
     n_casts: int = 1700,
     seed: int = 0,
     *,
-    executor: Executor | None = None,
+    executor: Executor | Workers | None = None,
     n_workers: int | None = None,
     directory: str | Path | None = None,
     on_progress: Callable[[int, int], None] | None = None,
@@ -144,8 +144,8 @@ def generate_dataset(
         What is cast, how often, and which casts are drawn.
     executor
         Runs the simulations: a Dask cluster's `Client.get_executor()`, `MPIPoolExecutor`, or any other. Threads gain nothing:
-        they take turns. By default processes on this machine; then a cast that brings down its process becomes a row of
-        status "diverged".
+        they take turns. By default processes on this machine, or `Workers` that are kept for more; then a cast that brings
+        down its process becomes a row of status "diverged".
     n_workers
         Number of these processes, by default one for each processor.
     directory
@@ -213,7 +213,7 @@ def _cast_columns(row: int, cast: Cast) -> Row:
 
 
 def _simulate_rows(
-    scenario: Scenario, seed: int, rows: list[int], executor: Executor | None, n_workers: int | None
+    scenario: Scenario, seed: int, rows: list[int], executor: Executor | Workers | None, n_workers: int | None
 ) -> Generator[Row]:
     with closing(run_rows(partial(simulate_row, scenario, seed), rows, executor, n_workers)) as results:
         for row, result in zip(rows, results, strict=True):
@@ -235,7 +235,7 @@ def _to_frame(tables: Iterable[pa.Table]) -> pd.DataFrame:
     return frame
 
 
-def _check_workers(executor: Executor | None, n_workers: int | None) -> None:
+def _check_workers(executor: Executor | Workers | None, n_workers: int | None) -> None:
     if n_workers is None:
         return
     checked_whole_number("n_workers", n_workers, 1)

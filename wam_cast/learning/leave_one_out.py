@@ -126,7 +126,9 @@ def tune_by_leave_one_out(
     log_spread = _half_log(data.spread)
 
     def unpack(theta: FloatArray) -> tuple[FloatArray, float]:
-        return np.exp(theta[:-1]).reshape(sigma_start.shape), float(np.exp(theta[-1]))
+        # Clipped, since the exponential of a bound's logarithm may be beyond it by rounding.
+        sigma = np.clip(np.exp(theta[:-1]), *SIGMA_BOUNDS).reshape(sigma_start.shape)
+        return sigma, float(np.clip(np.exp(theta[-1]), *REGULARIZATION_BOUNDS))
 
     def log_error(theta: FloatArray) -> tuple[float, FloatArray]:
         try:

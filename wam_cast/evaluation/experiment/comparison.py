@@ -60,7 +60,9 @@ def compare(scenario: Scenario, parts: Parts, selection: Selection, seed: int, r
     best = min(polynomials, key=lambda one: one.validation_rmse)
     compared = {name: one for name, one in fitted.items() if not name.startswith(("polynomial", "variant"))}
     compared |= {"polynomial_12": fitted["polynomial_12"], "polynomial_best": best}
-    ard, validation = fitted["ard"].estimator, parts.validation
+    ard, process = fitted["ard"].estimator, fitted["gaussian_process"].estimator
+    validation = parts.validation
+    process_mean, process_std = process.predict(validation.X, return_std=True)
 
     test = parts.open_test()
     return Comparison(
@@ -78,8 +80,7 @@ def compare(scenario: Scenario, parts: Parts, selection: Selection, seed: int, r
                 ard.predict(validation.X), ard.predict_std(validation.X), validation.landing
             ),
             "Gaussian process": _empirical_coverage(
-                *fitted["gaussian_process"].estimator.predict(validation.X, return_std=True),
-                validation.landing,
+                *process.predict(validation.X, return_std=True), validation.landing
             ),
         },
     )

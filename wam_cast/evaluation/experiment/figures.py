@@ -50,9 +50,11 @@ def draw_figures(findings: Findings, folder: Path) -> Iterator[str]:
             yield name
 
 
-def _new(height: float, n_rows: int = 1, n_columns: int = 1, **options: object) -> tuple[Figure, np.ndarray]:
+def _new(
+    height: float, n_rows: int = 1, n_columns: int = 1, *, sharey: bool = False
+) -> tuple[Figure, np.ndarray]:
     figure = Figure(figsize=(WIDTH, height), layout="constrained")
-    return figure, figure.subplots(n_rows, n_columns, squeeze=False, **options)
+    return figure, figure.subplots(n_rows, n_columns, squeeze=False, sharey=sharey)
 
 
 def _data_flow(_: Findings) -> Figure:
@@ -78,7 +80,7 @@ def _set_up(findings: Findings) -> Figure:
 def _motion(findings: Findings) -> Figure:
     recording = CastSimulator(findings.settings.scenario).record(*_middle_trial(findings))
     figure = Figure(figsize=(WIDTH, 4.6), layout="constrained")
-    left, right = figure.subfigures(1, 2, width_ratios=(1, 1.25))
+    left, right = figure.subfigures(1, 2, squeeze=False, width_ratios=(1, 1.25))[0]
     radius_axes, height_axes = right.subplots(2, 1, sharex=True)
     draw_motion(left.subplots(), radius_axes, height_axes, recording)
     return figure
@@ -183,7 +185,9 @@ def _polynomials(findings: Findings) -> Figure:
         part: np.array([getattr(fit, f"{part}_rmse") for fit in fits])
         for part in ("training", "validation", "test")
     }
-    draw_polynomials(axes[0, 0], np.array([fit.degree for fit in fits]), curves, paper=PAPERS_POLYNOMIAL_RMSE)
+    draw_polynomials(
+        axes[0, 0], np.array([fit.degree for fit in fits]), curves, paper=(12, PAPERS_POLYNOMIAL_RMSE)
+    )
     return figure
 
 

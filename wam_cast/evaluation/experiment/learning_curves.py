@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections import defaultdict
+from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,8 @@ from wam_cast.errors import InputError
 from wam_cast.evaluation.experiment.results import Band, LearningCurves, floats
 from wam_cast.evaluation.experiment.statistics import rmse
 from wam_cast.learning import baselines
+from wam_cast.learning.baselines import Bounds
+from wam_cast.learning.forward_model import START_SIGMA
 from wam_cast.learning.kernel_ridge import KernelRidge
 from wam_cast.learning.leave_one_out import tune_by_leave_one_out
 from wam_cast.learning.parts import Part, Parts
@@ -34,12 +37,11 @@ N_FOLDS = 5
 
 @dataclass(frozen=True)
 class _Task:
-    """What one worker needs to fit one estimator to growing subsets of the training casts."""
+    """What every job of the learning curves needs."""
 
     scenario: Scenario
     train: Part
     validation: Part
-    sizes: tuple[int, ...]
     seed: int
 
 
@@ -53,90 +55,74 @@ def learn_with_fewer_casts(
     """
     n_train = len(parts.train.X)
     sizes = (*(size for size in SIZES if size < n_train), n_train)
-    task = _Task(scenario, parts.train, parts.validation, sizes, seed)
-    jobs = [(name, repeat) for repeat in range(n_repeats) for name in _CURVES]
-    errors: dict[str, list[Array]] = {name: [] for name in _CURVES}
+    task = _Task(scenario, parts.train, parts.validation, seed)
+    # All casts make one subset only; the largest fits come first, so that no processor is left with one in the end.
+    jobs = [
+        (name, size, repeat)
+        for size in reversed(sizes)
+        for name in _ESTIMATORS
+        for repeat in range(1 if size == n_train else n_repeats)
+    ]
+    errors: dict[tuple[str, int], list[float]] = defaultdict(list)
     report(0, len(jobs))
     with closing(run_rows(partial(_run_job, task, jobs), range(len(jobs)))) as results:
-        for done, ((name, _), result) in enumerate(zip(jobs, results, strict=True), 1):
+        for done, ((name, size, _), result) in enumerate(zip(jobs, results, strict=True), 1):
             if result is None:
-                raise InputError(
-                    f"learning curve of {name}: its process died; free some memory and start again"
-                )
-            errors[name].append(result)
+                raise InputError(f"learning curve, {name}: its process died; free memory and start again")
+            errors[name, size].append(result)
             report(done, len(jobs))
     return LearningCurves(
         n_train=sizes,
         n_repeats=n_repeats,
-        curves={name: _band(np.array(errors[name])) for name in _CURVES},
+        curves={name: _band([errors[name, size] for size in sizes]) for name in _ESTIMATORS},
     )
 
 
-def _band(errors: Array) -> Band:
+def _band(errors: list[list[float]]) -> Band:
+    """Return the band of the errors of each size."""
     return Band(
-        median=floats(np.median(errors, axis=0)),
-        low=floats(errors.min(axis=0)),
-        high=floats(errors.max(axis=0)),
+        median=floats([np.median(values) for values in errors]),
+        low=floats([min(values) for values in errors]),
+        high=floats([max(values) for values in errors]),
     )
 
 
-def _run_job(task: _Task, jobs: list[tuple[str, int]], row: int) -> Array:
-    """Return the validation RMSE [m] over the sizes of one estimator and one order of the casts."""
-    name, repeat = jobs[row]
+def _run_job(task: _Task, jobs: list[tuple[str, int, int]], row: int) -> float:
+    """Return the validation RMSE [m] of one estimator that is fitted to one subset."""
+    name, size, repeat = jobs[row]
     rng = np.random.default_rng(np.random.SeedSequence(task.seed, spawn_key=(repeat,)))
-    order = rng.permutation(len(task.train.X))
-    X, y = task.train.X[order], task.train.landing[order]
+    subset = rng.permutation(len(task.train.X))[:size]
     # One thread each: as many processes run as there are processors.
     with threadpool_limits(1):
-        models = _CURVES[name](task, X, y)
-        errors = [rmse(model.predict(task.validation.X) - task.validation.landing) for model in models]
-    return np.array(errors)
+        model = _ESTIMATORS[name](cast_bounds(task.scenario), task.seed)
+        model.fit(task.train.X[subset], task.train.landing[subset])
+        return rmse(model.predict(task.validation.X) - task.validation.landing)
 
 
-def _kernel_ridges(task: _Task, X: Array, y: Array, sigma: Any) -> Iterator[KernelRidge]:
-    """Yield the kernel regressions of the growing subsets; each search starts where the one before it ended."""
-    bounds = cast_bounds(task.scenario)
-    for size in task.sizes:
-        tuned = tune_by_leave_one_out(X[:size], y[:size], sigma0=sigma, input_bounds=bounds)
-        sigma = tuned.sigma
-        yield KernelRidge(sigma=sigma, regularization=tuned.regularization, input_bounds=bounds).fit(
-            X[:size], y[:size]
-        )
+class _TunedKernelRidge(KernelRidge):
+    """Kernel ridge regression that chooses its own sigma (as many as `sigma` has) and lambda by leave-one-out."""
+
+    def fit(self, X: Array, y: Array) -> Self:
+        """Choose on the training data, and fit to it."""
+        tuned = tune_by_leave_one_out(X, y, sigma0=self.sigma, input_bounds=self.input_bounds)
+        self.set_params(sigma=tuned.sigma, regularization=tuned.regularization)
+        return super().fit(X, y)
 
 
-def _isotropic(task: _Task, X: Array, y: Array) -> Iterator[Any]:
-    return _kernel_ridges(task, X, y, 0.5)
-
-
-def _per_parameter(task: _Task, X: Array, y: Array) -> Iterator[Any]:
-    return _kernel_ridges(task, X, y, np.full(3, 0.5))
-
-
-def _fitted(make: Callable[[_Task], Any], task: _Task, X: Array, y: Array) -> Iterator[Any]:
-    for size in task.sizes:
-        yield make(task).fit(X[:size], y[:size])
-
-
-def _polynomial(task: _Task) -> Any:
+def _polynomial(bounds: Bounds, _seed: int) -> Any:
+    """Return a polynomial that chooses its degree by cross-validation."""
     grid = {"legendrefeatures__degree": list(range(1, MAX_DEGREE + 1))}
-    return GridSearchCV(
-        baselines.polynomial(1, cast_bounds(task.scenario)),
-        grid,
-        cv=N_FOLDS,
-        scoring="neg_mean_squared_error",
-    )
+    return GridSearchCV(baselines.polynomial(1, bounds), grid, cv=N_FOLDS, scoring="neg_mean_squared_error")
 
 
-_CURVES: dict[str, Callable[[_Task, Array, Array], Iterator[Any]]] = {
-    "KRR, a sigma for each parameter": _per_parameter,
-    "KRR, one sigma": _isotropic,
-    "Gaussian process": partial(_fitted, lambda task: baselines.gaussian_process(cast_bounds(task.scenario))),
-    "polynomial": partial(_fitted, _polynomial),
-    "neural network": partial(
-        _fitted, lambda task: baselines.neural_network(cast_bounds(task.scenario), task.seed)
+_ESTIMATORS: dict[str, Callable[[Bounds, int], Any]] = {
+    "KRR, a sigma for each parameter": lambda bounds, _: _TunedKernelRidge(
+        sigma=[START_SIGMA] * 3, input_bounds=bounds
     ),
-    "nearest neighbour": partial(
-        _fitted, lambda task: baselines.nearest_neighbour(cast_bounds(task.scenario))
-    ),
+    "KRR, one sigma": lambda bounds, _: _TunedKernelRidge(sigma=START_SIGMA, input_bounds=bounds),
+    "Gaussian process": lambda bounds, _: baselines.gaussian_process(bounds),
+    "polynomial": _polynomial,
+    "neural network": baselines.neural_network,
+    "nearest neighbour": lambda bounds, _: baselines.nearest_neighbour(bounds),
 }
-"""Estimators by label; each yields its models for the growing subsets."""
+"""What makes each estimator, of the bounds and a seed, by its label."""

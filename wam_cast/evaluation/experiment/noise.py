@@ -53,7 +53,6 @@ def study_noise(
     pairs.append(("program", clean_model, "learned without noise"))
     executions: list[Execution] = []
     for planner, model, label in pairs:
-        done = len(executions) * settings.n_cups
         executions.append(
             execute_plans(
                 scenario,
@@ -62,7 +61,7 @@ def study_noise(
                 settings.n_cups,
                 label=f"{planner}, {label}",
                 noise_seed=settings.seed,
-                report=lambda n, _, done=done: report(done + n, n_steps),
+                report=_shifted(report, len(executions) * settings.n_cups, n_steps),
             )
         )
     return Noise(
@@ -75,6 +74,11 @@ def study_noise(
         regularization_curve=curve,
         executions=tuple(executions),
     )
+
+
+def _shifted(report: Report, start: int, n_steps: int) -> Report:
+    """Return what reports a part of the work as done after `start` of `n_steps`."""
+    return lambda done, _: report(start + done, n_steps)
 
 
 def _scatter(clean: CastDataset, noisy: CastDataset) -> tuple[Array, Array]:

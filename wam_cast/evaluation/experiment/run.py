@@ -17,6 +17,7 @@ from wam_cast.evaluation.experiment.learning_curves import learn_with_fewer_cast
 from wam_cast.evaluation.experiment.noise import study_noise
 from wam_cast.evaluation.experiment.report import write_report
 from wam_cast.evaluation.experiment.results import (
+    Chosen,
     Comparison,
     Execution,
     LandingMap,
@@ -34,7 +35,7 @@ from wam_cast.evaluation.experiment.store import RunDirectory
 from wam_cast.learning.dataset import CastDataset, generate_dataset
 from wam_cast.learning.forward_model import ForwardModel
 from wam_cast.learning.parts import Parts, split_casts
-from wam_cast.planning.plan import METHODS
+from wam_cast.planning.plan import METHODS, Method
 from wam_cast.scenario import Scenario
 
 Progress = Callable[[str, int, int], None]
@@ -104,20 +105,8 @@ class _Run:
         )
         chosen = selection.per_parameter
 
-        def model() -> ForwardModel:
-            return ForwardModel.from_hyperparameters(self._casts, chosen.sigma, chosen.regularization)
-
-        landing_map = self._phase("landing map", LandingMap, lambda _: map_landings(model()))
-        executions = tuple(
-            self._phase(
-                f"execution, {planner}",
-                Execution,
-                lambda r, planner=planner: execute_plans(
-                    scenario, model(), planner, settings.n_cups, label=planner, noise_seed=0, report=r
-                ),
-            )
-            for planner in METHODS
-        )
+        landing_map = self._phase("landing map", LandingMap, lambda _: map_landings(self._model(chosen)))
+        executions = tuple(self._execute(planner, chosen) for planner in METHODS)
         self._phase("noisy casts", Samples, self._sample_with_noise)
         noise = self._phase(
             "noise", Noise, lambda r: study_noise(settings, self._casts, self._noisy_casts, chosen, r)
@@ -149,6 +138,18 @@ class _Run:
     @property
     def _parts(self) -> Parts:
         return split_casts(self._casts)
+
+    def _model(self, chosen: Chosen) -> ForwardModel:
+        return ForwardModel.from_hyperparameters(self._casts, chosen.sigma, chosen.regularization)
+
+    def _execute(self, planner: Method, chosen: Chosen) -> Execution:
+        scenario, n_cups = self._settings.scenario, self._settings.n_cups
+
+        def compute(report: Report) -> Execution:
+            model = self._model(chosen)
+            return execute_plans(scenario, model, planner, n_cups, label=planner, noise_seed=0, report=report)
+
+        return self._phase(f"execution, {planner}", Execution, compute)
 
     def _sample(self, report: Report) -> Samples:
         return self._generate(self._settings.scenario, self._directory.casts, report)

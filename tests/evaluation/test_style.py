@@ -50,7 +50,7 @@ def test_same_figure_is_the_same_file(suffix, make_figure, tmp_path, monkeypatch
 
 def test_text_stays_text(make_figure, tmp_path):
     write_figure(make_figure(), tmp_path / "figure.svg")
-    assert "a curve of σ" in (tmp_path / "figure.svg").read_text(encoding="utf-8")
+    assert ">a curve of σ</text>" in (tmp_path / "figure.svg").read_text(encoding="utf-8")
     write_figure(make_figure(), tmp_path / "figure.pdf")
     content = (tmp_path / "figure.pdf").read_bytes()
     assert b"/FontFile2" in content

@@ -28,7 +28,7 @@ def test_large_values_have_no_stray_point(axes):
 def test_polynomials_are_drawn_over_whole_degrees(axes, line_of, legend_of, texts_of):
     degrees = np.arange(1, 4)
     curves = {"training": 0.1 / degrees, "validation": 0.2 / degrees, "test": 0.3 / degrees}
-    draw_polynomials(axes, degrees, curves, paper=(12, 0.217))
+    draw_polynomials(axes, degrees, curves, paper=0.217)
     np.testing.assert_allclose(line_of(axes, "test"), np.column_stack([degrees, 30 / degrees]))
     np.testing.assert_allclose(line_of(axes, "paper: 21.7 cm"), [[12, 21.7]])
     assert legend_of(axes) == ["training", "validation", "test", "paper: 21.7 cm"]

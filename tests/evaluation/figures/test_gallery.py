@@ -93,7 +93,7 @@ CASES = {
     "learning curves": Case(
         draw_learning_curves,
         (N_TRAIN, {"kernel ridge": LearningCurve(FALLING, 0.8 * FALLING, 1.2 * FALLING)}),
-        {"paper": (1300, 0.0224)},
+        {"paper": 0.0224},
     ),
     "learning curves of nan": Case(
         draw_learning_curves, (FIVE, {"kernel ridge": LearningCurve(UNKNOWN, UNKNOWN, UNKNOWN)})
@@ -111,12 +111,12 @@ CASES = {
     ),
     "comparison of nan": Case(draw_comparison, (list("abcde"), UNKNOWN, UNKNOWN, UNKNOWN)),
     "polynomials": Case(
-        draw_polynomials, (np.arange(1, 6), {"training": FIVE, "validation": FIVE, "test": FIVE}), {"paper": (12, 0.217)}
+        draw_polynomials, (np.arange(1, 6), {"training": FIVE, "validation": FIVE, "test": FIVE}), {"paper": 0.217}
     ),
     "polynomials of nan": Case(draw_polynomials, (np.arange(1, 6), {"test": UNKNOWN})),
-    "landing scatter": Case(draw_landing_scatter, (np.zeros((9, 2)), RNG.normal(0, 0.01, (9, 2))), {"clear_radius": 0.01}),
+    "landing scatter": Case(draw_landing_scatter, (RNG.normal(0, 0.01, 9), RNG.normal(0, 0.01, 9)), {"clear_radius": 0.01}),
     "landing scatter of nothing": Case(
-        draw_landing_scatter, (np.zeros((0, 2)), np.zeros((0, 2))), {"clear_radius": 0.01}
+        draw_landing_scatter, (NONE, NONE), {"clear_radius": 0.01}
     ),
     "data flow": Case(draw_data_flow, ()),
 }  # fmt: skip

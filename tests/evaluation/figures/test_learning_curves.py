@@ -13,7 +13,7 @@ def test_medians_bands_and_the_papers_value_are_in_centimetres(axes, line_of, le
         "kernel ridge": LearningCurve(MEDIAN, MEDIAN / 2, MEDIAN * 2),
         "polynomial": LearningCurve(*[MEDIAN] * 3),
     }
-    draw_learning_curves(axes, N, curves, paper=(1300, 0.0224))
+    draw_learning_curves(axes, N, curves, paper=0.0224)
     np.testing.assert_allclose(line_of(axes, "kernel ridge"), np.column_stack([N, [np.nan, 2, 0.2]]))
     np.testing.assert_allclose(line_of(axes, "paper: 2.24 cm"), [[1300, 2.24]])
     band = axes.collections[0].get_paths()[0].get_extents()

@@ -30,6 +30,7 @@ def test_motion_is_the_recorded_one(name, request, line_of, assert_reads_well, l
         for column, panel in enumerate(("radius", "height")):
             times, values = line_of(axes[panel], label).T
             np.testing.assert_array_equal(times, recording.times[: len(times)])
+            assert times[-1] == axes[panel].get_xlim()[1]
             np.testing.assert_array_equal(values, in_casting_plane(path, bearing)[: len(times), column])
             landing = line_of(axes[panel], "landing")
             np.testing.assert_array_equal(landing[:, 0], recording.outcome.crossing_time)

@@ -32,6 +32,12 @@ def test_ball_is_where_it_is_named(view):
     assert np.linalg.norm(view.parts["ball"] - [columns.mean(), rows.mean()]) < 2
 
 
+def test_cup_is_where_it_is_named(view):
+    column, row = np.rint(view.parts["cup"]).astype(int)
+    red, _, blue = view.image[row, column].astype(int)
+    assert blue > red + 20
+
+
 def test_parts_stand_in_their_order(view):
     rows = [view.parts[name][1] for name in ("ceiling mount", "hand", "string", "ball", "cup")]
     assert rows == sorted(rows)

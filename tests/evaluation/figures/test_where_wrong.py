@@ -40,8 +40,8 @@ def test_casts_that_never_landed_are_crosses(residual_map, line_of, legend_of):
 
 def test_shortest_move_is_a_line_through_the_origin_that_changes_no_limits(residual_map, line_of, legend_of):
     limits = residual_map.get_xlim(), residual_map.get_ylim()
-    draw_shortest_move(residual_map, 0.2)
+    draw_shortest_move(residual_map, 0.2, scale=100)
     distance, speed = line_of(residual_map, "move lasts 200 ms").T
-    np.testing.assert_allclose(distance, 0.2 * speed)
+    np.testing.assert_allclose(distance, 100 * 0.2 * speed)
     assert (residual_map.get_xlim(), residual_map.get_ylim()) == limits
     assert legend_of(residual_map) == ["never landed", "move lasts 200 ms"]

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+PAPER_DEGREE = 12
+"""Of the paper's best polynomial."""
+
 
 def draw_comparison(
     axes: Axes,
@@ -67,7 +70,7 @@ def draw_comparison(
 
 
 def draw_polynomials(
-    axes: Axes, degrees: Array, curves: Mapping[str, Array], *, paper: tuple[float, float] | None = None
+    axes: Axes, degrees: Array, curves: Mapping[str, Array], *, paper: float | None = None
 ) -> None:
     """Draw the errors of polynomials over their degree.
 
@@ -80,12 +83,12 @@ def draw_polynomials(
     curves
         By name, the RMSE [m] at each degree, shape (n,); may hold nan.
     paper
-        The paper's degree and its RMSE [m], or none.
+        The paper's test RMSE [m] at its best degree, or none.
     """
     for name, look in curve_looks(curves).items():
         axes.plot(degrees, curves[name] * CM, label=name, **look)
     if paper is not None:
-        axes.plot(paper[0], paper[1] * CM, label=f"paper: {paper[1] * CM:.3g} cm", **PAPER_MARK)
+        axes.plot(PAPER_DEGREE, paper * CM, label=f"paper: {paper * CM:.3g} cm", **PAPER_MARK)
     axes.set_yscale("log")
     mark_log_axis(axes.yaxis)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+PAPER_N_TRAIN = 1300
+"""Casts that the paper's model learned from."""
+
 
 @dataclass(frozen=True, eq=False)
 class LearningCurve:
@@ -32,7 +35,7 @@ def draw_learning_curves(
     n_train: Array,
     curves: Mapping[str, LearningCurve],
     *,
-    paper: tuple[float, float] | None = None,
+    paper: float | None = None,
 ) -> None:
     """Draw errors over the number of training casts, both on logarithmic axes.
 
@@ -45,7 +48,7 @@ def draw_learning_curves(
     curves
         By name; may hold nan.
     paper
-        The paper's number of training casts and its RMSE [m], or none.
+        The paper's test RMSE [m] with its number of training casts, or none.
     """
     for name, look in curve_looks(curves).items():
         curve = curves[name]
@@ -54,7 +57,7 @@ def draw_learning_curves(
         )
         axes.plot(n_train, curve.median * CM, label=name, **look)
     if paper is not None:
-        axes.plot(paper[0], paper[1] * CM, label=f"paper: {paper[1] * CM:.3g} cm", **PAPER_MARK)
+        axes.plot(PAPER_N_TRAIN, paper * CM, label=f"paper: {paper * CM:.3g} cm", **PAPER_MARK)
     axes.set_xscale("log")
     axes.set_yscale("log")
     mark_log_axis(axes.xaxis)

@@ -57,7 +57,7 @@ def draw_motion(path_axes: Axes, radius_axes: Axes, height_axes: Axes, recording
     radius_axes.set_ylabel("from the base axis [m]")
     height_axes.set_ylabel("above the floor [m]")
     height_axes.set_xlabel("time [s]")
-    draw_legend(height_axes, loc="upper center", bbox_to_anchor=(0.5, -0.25), ncols=3)
+    draw_legend(height_axes, loc="upper center", bbox_to_anchor=(0.5, 0.0), borderaxespad=4.4, ncols=3)
 
 
 def _time_shown(recording: CastRecording) -> float:

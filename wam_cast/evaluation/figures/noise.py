@@ -18,22 +18,21 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-def draw_landing_scatter(axes: Axes, clean: Array, noisy: Array, *, clear_radius: float) -> None:
+def draw_landing_scatter(axes: Axes, along: Array, across: Array, *, clear_radius: float) -> None:
     """Draw how far noise moved each landing.
 
     Parameters
     ----------
     axes
         Where to draw.
-    clean, noisy
-        Landings along and across the casting plane [m] without and with noise, each of shape (n, 2); nan if there was none.
+    along, across
+        How far noise moved each landing along and across the casting plane [m], each of shape (n,); nan if there was none.
     clear_radius
         How far from the cup's middle a ball may pass without touching the rim [m].
     """
-    along, across = (noisy - clean).T * MM
     rim = Circle((0, 0), clear_radius * MM, facecolor="none", edgecolor=INK, label="clears the rim")
     axes.add_patch(rim)
-    axes.plot(along, across, label="casts", **DOTS)
+    axes.plot(along * MM, across * MM, label="casts", **DOTS)
     axes.plot(0, 0, "+", color=INK, markersize=8)
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel("moved along the plane [mm]")

@@ -92,12 +92,12 @@ def draw_performance(
         axes.axvline(edge, label=name, **CHOSEN_LINE)
     axes.set_xlabel("distance of the cup from the base axis [m]")
     axes.set_ylabel("landing from the cup's middle [mm]")
-    draw_legend(axes, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5)
+    draw_legend(axes, loc="upper left", bbox_to_anchor=(1.0, 1.0), handlelength=1.6)
 
 
 def _draw_cup(axes: Axes, radius: float, clear: float) -> None:
     """Draw the cup's opening, and within it the band in which the ball passes the rim without touching it, both in mm."""
-    axes.axhspan(-radius, radius, color=CUP_COLOR, linewidth=0, zorder=0, label="inside the cup's radius")
+    axes.axhspan(-radius, radius, color=CUP_COLOR, linewidth=0, zorder=0, label="cup's radius")
     axes.axhspan(-clear, clear, color=CLEAR_COLOR, linewidth=0, zorder=0, label="clears the rim")
     for edge in (-radius, -clear, clear, radius):
         axes.axhline(edge, color=INK, linewidth=0.5, zorder=0.5)
@@ -110,8 +110,9 @@ def _draw_executed(axes: Axes, cups: Array, executed: Array, status: Status) -> 
     look |= {"markersize": 3 if is_good else 7, "markeredgewidth": 1.3, "zorder": 3 if is_good else 4}
     landed = np.isfinite(executed)
     axes.plot(cups[landed], executed[landed] * MM, label=status_name(status), **look)
-    edge = {"transform": axes.get_xaxis_transform(), "clip_on": False}
-    axes.plot(cups[~landed], np.zeros(np.sum(~landed)), **(look | edge))
+    if not landed.all():
+        edge = {"transform": axes.get_xaxis_transform(), "clip_on": False}
+        axes.plot(cups[~landed], np.zeros(np.sum(~landed)), **(look | edge))
 
 
 def draw_miss_distribution(axes: Axes, misses: Mapping[str, Array]) -> None:

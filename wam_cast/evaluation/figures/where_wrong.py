@@ -66,10 +66,13 @@ def draw_residual_map(axes: Axes, x: Array, y: Array, residuals: Array, *, xlabe
     axes.set_ylabel(ylabel)
 
 
-def draw_shortest_move(axes: Axes, duration: float) -> None:
-    """Draw the line of moves that last `duration` [s] into axes of distance [m] and speed [m/s], as far as these reach."""
+def draw_shortest_move(axes: Axes, duration: float, *, scale: float = 1.0) -> None:
+    """Draw the line of moves that last `duration` [s] into axes of distance and mean speed [m/s], as far as these reach.
+
+    `scale` says how many of the distance's unit make a metre, such as 100.
+    """
     distance = np.array(axes.get_xlim())
     label = f"move lasts {duration * MS:.0f} ms"
     line: Any = {"color": INK, "linewidth": 1.0, "linestyle": (0, (6, 3))}
-    axes.plot(distance, distance / duration, label=label, scalex=False, scaley=False, **line)
+    axes.plot(distance, distance / scale / duration, label=label, scalex=False, scaley=False, **line)
     draw_legend(axes, **ABOVE)

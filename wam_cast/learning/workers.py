@@ -56,19 +56,19 @@ class Workers:
         """
         done = 0
         while done < len(rows):
-            if self._pool is None:
-                self._pool = _WorkerPool(self._n_workers)
+            pool = self._pool = self._pool or _WorkerPool(self._n_workers)
             try:
-                for result in _results(self._pool, function, rows[done:]):
+                for result in _results(pool, function, rows[done:]):
                     yield result
                     done += 1
             except BrokenProcessPool as error:
                 self.__exit__(type(error))
+            else:
+                return
             # A dead process takes the whole pool with it. The guilty row is among the oldest unfinished ones, or soon will be.
-            if self._pool is None:
-                for row in rows[done : done + self._n_workers]:
-                    yield _run_alone(function, row)
-                    done += 1
+            for row in rows[done : done + self._n_workers]:
+                yield _run_alone(function, row)
+                done += 1
 
 
 def run_rows(

@@ -79,9 +79,7 @@ def compare(scenario: Scenario, parts: Parts, selection: Selection, seed: int, r
             "KRR": _empirical_coverage(
                 ard.predict(validation.X), ard.predict_std(validation.X), validation.landing
             ),
-            "Gaussian process": _empirical_coverage(
-                *process.predict(validation.X, return_std=True), validation.landing
-            ),
+            "Gaussian process": _empirical_coverage(process_mean, process_std, validation.landing),
         },
     )
 

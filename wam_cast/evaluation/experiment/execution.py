@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import closing
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
 from wam_cast.evaluation.experiment.results import Execution, Trial, maybe_float, to_array
 from wam_cast.evaluation.experiment.statistics import describe, wilson_interval
-from wam_cast.learning.workers import run_rows
+from wam_cast.learning.workers import Workers, run_rows
 from wam_cast.planning.plan import Method, Plan, Predictor, plan_cast
 from wam_cast.scenario import Scenario
 from wam_cast.system.outcome import Outcome, Status
@@ -21,46 +22,63 @@ from wam_cast.system.simulation import simulate_cast
 Report = Callable[[int, int], None]
 
 
+@dataclass(frozen=True)
+class Thrower:
+    """Who plans: a planner with a model, and what the report calls them."""
+
+    label: str
+    planner: Method
+    model: Predictor
+
+
 def execute_plans(
     scenario: Scenario,
-    model: Predictor,
-    planner: Method,
+    throwers: Sequence[Thrower],
     n_cups: int,
     *,
-    label: str,
-    noise_seed: int,
+    noise_seed: int = 0,
+    workers: Workers,
     report: Report,
-) -> Execution:
-    """Plan for cups evenly over the model's reach and cast each plan once, in `scenario`.
+) -> tuple[Execution, ...]:
+    """Plan for cups evenly over the model's reach and cast each plan once, for each of the throwers.
 
     A plan that is predicted to miss by more than 1 cm is executed all the same, as in the paper.
 
     Parameters
     ----------
     scenario
-        In which plans are executed; its noise, if it has any, is another one for each cup, drawn by `noise_seed`.
-    model, planner
-        What plans.
+        In which plans are executed; its noise, if it has any, is another one for each cup, and the same one for each thrower.
+    throwers
+        Who plans.
     n_cups
-        How many.
-    label
-        What the report calls it.
+        How many cups.
+    noise_seed
+        Draws the noise.
+    workers
+        Run the casts.
     report
         Called with the number of casts that are finished, and of all.
     """
-    plans = [plan_cast(model, (float(cup), 0.0), planner) for cup in np.linspace(*model.reach, n_cups)]
-    trials = []
-    report(0, n_cups)
-    with closing(run_rows(partial(_execute, scenario, plans, noise_seed), range(n_cups))) as outcomes:
+    plans = []
+    report(0, len(throwers) * n_cups)
+    for thrower in throwers:
+        cups = np.linspace(*thrower.model.reach, n_cups)
+        plans += [plan_cast(thrower.model, (float(cup), 0.0), thrower.planner) for cup in cups]
+    jobs = [(plan, noise_seed + i % n_cups) for i, plan in enumerate(plans)]
+    trials: list[Trial] = []
+    with closing(run_rows(partial(_execute, scenario, jobs), range(len(jobs)), workers)) as outcomes:
         for plan, outcome in zip(plans, outcomes, strict=True):
             trials.append(make_trial(plan, outcome))
-            report(len(trials), n_cups)
-    return summarize(label, planner, trials)
+            report(len(trials), len(plans))
+    return tuple(
+        summarize(thrower.label, thrower.planner, trials[i * n_cups : (i + 1) * n_cups])
+        for i, thrower in enumerate(throwers)
+    )
 
 
-def _execute(scenario: Scenario, plans: list[Plan], noise_seed: int, row: int) -> Outcome:
-    plan = plans[row]
-    return simulate_cast(scenario, plan.cast, plan.cup, noise_seed=noise_seed + row)
+def _execute(scenario: Scenario, jobs: list[tuple[Plan, int]], row: int) -> Outcome:
+    plan, noise_seed = jobs[row]
+    return simulate_cast(scenario, plan.cast, plan.cup, noise_seed=noise_seed)
 
 
 def make_trial(plan: Plan, outcome: Outcome | None) -> Trial:

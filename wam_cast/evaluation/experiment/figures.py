@@ -33,11 +33,13 @@ from wam_cast.system.simulation import CastSimulator
 WIDTH = 7.2
 """Of a figure [in]: fills a page's width."""
 
-PAPERS_CASTS = 1300
+DPI = 180
+"""Of pixel pictures."""
+
 PAPERS_SIGMA = 0.35
 PAPERS_RMSE = 0.0224
 PAPERS_POLYNOMIAL_RMSE = 0.217
-"""Of the paper: training casts, sigma, and the test RMSE of its kernel regression and of its polynomial [m]."""
+"""Of the paper: sigma, and the test RMSE of its kernel regression and of its polynomial [m]."""
 
 
 def draw_figures(findings: Findings, folder: Path) -> Iterator[str]:
@@ -46,7 +48,7 @@ def draw_figures(findings: Findings, folder: Path) -> Iterator[str]:
         for name, (draw, _) in _FIGURES.items():
             figure = draw(findings)
             for suffix in ("pdf", "png"):
-                write_figure(figure, folder / f"{name}.{suffix}")
+                write_figure(figure, folder / f"{name}.{suffix}", dpi=DPI)
             yield name
 
 
@@ -185,9 +187,7 @@ def _polynomials(findings: Findings) -> Figure:
         part: np.array([getattr(fit, f"{part}_rmse") for fit in fits])
         for part in ("training", "validation", "test")
     }
-    draw_polynomials(
-        axes[0, 0], np.array([fit.degree for fit in fits]), curves, paper=(12, PAPERS_POLYNOMIAL_RMSE)
-    )
+    draw_polynomials(axes[0, 0], np.array([fit.degree for fit in fits]), curves, paper=PAPERS_POLYNOMIAL_RMSE)
     return figure
 
 
@@ -220,7 +220,7 @@ def _learning_curves(findings: Findings) -> Figure:
         name: LearningCurve(np.array(band.median), np.array(band.low), np.array(band.high))
         for name, band in found.curves.items()
     }
-    draw_learning_curves(axes[0, 0], np.array(found.n_train), curves, paper=(PAPERS_CASTS, PAPERS_RMSE))
+    draw_learning_curves(axes[0, 0], np.array(found.n_train), curves, paper=PAPERS_RMSE)
     return figure
 
 
@@ -247,6 +247,7 @@ def _landing_map(findings: Findings) -> Figure:
             wait=wait,
             levels=levels,
         )
+        panel.label_outer()
     draw_landing_scale(axes[0], levels)
     return figure
 
@@ -254,9 +255,8 @@ def _landing_map(findings: Findings) -> Figure:
 def _noise(findings: Findings) -> Figure:
     figure, axes = _new(6.0, 2, 2)
     noise, scenario = findings.noise, findings.settings.scenario
-    deviation = np.column_stack([to_array(noise.along), to_array(noise.across)])
     clear = scenario.cup.inner_radius - scenario.ball.radius
-    draw_landing_scatter(axes[0, 0], np.zeros_like(deviation), deviation, clear_radius=clear)
+    draw_landing_scatter(axes[0, 0], to_array(noise.along), to_array(noise.across), clear_radius=clear)
     draw_error_curve(
         axes[0, 1],
         np.array(noise.regularization_curve.x),

@@ -10,7 +10,7 @@ from functools import partial
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from sklearn.model_selection import GridSearchCV
 from threadpoolctl import threadpool_limits
 
@@ -24,7 +24,7 @@ from wam_cast.learning.forward_model import START_SIGMA
 from wam_cast.learning.kernel_ridge import KernelRidge
 from wam_cast.learning.leave_one_out import tune_by_leave_one_out
 from wam_cast.learning.parts import Part, Parts
-from wam_cast.learning.workers import run_rows
+from wam_cast.learning.workers import Workers, run_rows
 from wam_cast.scenario import Scenario
 
 Array = NDArray[np.float64]
@@ -46,7 +46,7 @@ class _Task:
 
 
 def learn_with_fewer_casts(
-    scenario: Scenario, parts: Parts, seed: int, n_repeats: int, report: Report
+    scenario: Scenario, parts: Parts, seed: int, n_repeats: int, workers: Workers, report: Report
 ) -> LearningCurves:
     """Return the validation RMSE of estimators that were chosen and fitted on random subsets of the training casts alone.
 
@@ -65,7 +65,7 @@ def learn_with_fewer_casts(
     ]
     errors: dict[tuple[str, int], list[float]] = defaultdict(list)
     report(0, len(jobs))
-    with closing(run_rows(partial(_run_job, task, jobs), range(len(jobs)))) as results:
+    with closing(run_rows(partial(_run_job, task, jobs), range(len(jobs)), workers)) as results:
         for done, ((name, size, _), result) in enumerate(zip(jobs, results, strict=True), 1):
             if result is None:
                 raise InputError(f"learning curve, {name}: its process died; free memory and start again")
@@ -102,7 +102,7 @@ def _run_job(task: _Task, jobs: list[tuple[str, int, int]], row: int) -> float:
 class _TunedKernelRidge(KernelRidge):
     """Kernel ridge regression that chooses its own sigma (as many as `sigma` has) and lambda by leave-one-out."""
 
-    def fit(self, X: Array, y: Array) -> Self:
+    def fit(self, X: ArrayLike, y: ArrayLike) -> Self:
         """Choose on the training data, and fit to it."""
         tuned = tune_by_leave_one_out(X, y, sigma0=self.sigma, input_bounds=self.input_bounds)
         self.set_params(sigma=tuned.sigma, regularization=tuned.regularization)

@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wam_cast.evaluation.experiment.comparison import kernel_ridge
-from wam_cast.evaluation.experiment.execution import execute_plans
+from wam_cast.evaluation.experiment.execution import Thrower, execute_plans
 from wam_cast.evaluation.experiment.results import (
     Chosen,
-    Execution,
     Noise,
     NoisyModel,
     floats,
@@ -23,6 +22,7 @@ from wam_cast.evaluation.experiment.statistics import rmse
 from wam_cast.learning.dataset import CastDataset
 from wam_cast.learning.forward_model import ForwardModel
 from wam_cast.learning.parts import Parts, split_casts
+from wam_cast.learning.workers import Workers
 from wam_cast.planning.plan import METHODS
 
 Array = NDArray[np.float64]
@@ -30,14 +30,18 @@ Report = Callable[[int, int], None]
 
 
 def study_noise(
-    settings: Settings, clean_data: CastDataset, noisy_data: CastDataset, clean_chosen: Chosen, report: Report
+    settings: Settings,
+    clean_data: CastDataset,
+    noisy_data: CastDataset,
+    clean_chosen: Chosen,
+    workers: Workers,
+    report: Report,
 ) -> Noise:
     """Fit models to noisy casts, measure them, and execute plans with the noise on.
 
     Row i of both datasets is the same cast, so that their difference is the noise's doing. `clean_chosen` are the hyperparameters
     that suit casts without noise.
     """
-    n_steps = (len(METHODS) + 1) * settings.n_cups
     scenario = settings.noisy_scenario
     clean, noisy = split_casts(clean_data), split_casts(noisy_data)
     chosen = select_per_parameter(scenario, noisy)
@@ -49,21 +53,11 @@ def study_noise(
     clean_model = ForwardModel.from_hyperparameters(
         clean_data, clean_chosen.sigma, clean_chosen.regularization
     )
-    pairs = [(planner, noisy_model, "learned with noise") for planner in METHODS]
-    pairs.append(("program", clean_model, "learned without noise"))
-    executions: list[Execution] = []
-    for planner, model, label in pairs:
-        executions.append(
-            execute_plans(
-                scenario,
-                model,
-                planner,
-                settings.n_cups,
-                label=f"{planner}, {label}",
-                noise_seed=settings.seed,
-                report=_shifted(report, len(executions) * settings.n_cups, n_steps),
-            )
-        )
+    throwers = [Thrower(f"{planner}, learned with noise", planner, noisy_model) for planner in METHODS]
+    throwers.append(Thrower("program, learned without noise", "program", clean_model))
+    executions = execute_plans(
+        scenario, throwers, settings.n_cups, noise_seed=settings.seed, workers=workers, report=report
+    )
     return Noise(
         levels=settings.noise.model_dump(),
         along=maybe_floats(along),
@@ -72,13 +66,8 @@ def study_noise(
         across_std=float(np.nanstd(across)),
         models=models,
         regularization_curve=curve,
-        executions=tuple(executions),
+        executions=executions,
     )
-
-
-def _shifted(report: Report, start: int, n_steps: int) -> Report:
-    """Return what reports a part of the work as done after `start` of `n_steps`."""
-    return lambda done, _: report(start + done, n_steps)
 
 
 def _scatter(clean: CastDataset, noisy: CastDataset) -> tuple[Array, Array]:

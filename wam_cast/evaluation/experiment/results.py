@@ -250,6 +250,12 @@ class Execution(Result):
     trials: tuple[Trial, ...]
 
 
+class Executions(Result):
+    """Several planners over the same cups."""
+
+    planners: tuple[Execution, ...]
+
+
 class NoisyModel(Result):
     """A model fitted to noisy casts: its lambda and sigma, and its errors [m] against noisy and against noise-free test casts."""
 

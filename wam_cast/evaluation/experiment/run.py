@@ -10,7 +10,7 @@ from typing import TypeVar
 import numpy as np
 
 from wam_cast.evaluation.experiment.comparison import compare
-from wam_cast.evaluation.experiment.execution import execute_plans
+from wam_cast.evaluation.experiment.execution import Thrower, execute_plans
 from wam_cast.evaluation.experiment.findings import Findings
 from wam_cast.evaluation.experiment.landing_map import map_landings
 from wam_cast.evaluation.experiment.learning_curves import learn_with_fewer_casts
@@ -19,7 +19,7 @@ from wam_cast.evaluation.experiment.report import write_report
 from wam_cast.evaluation.experiment.results import (
     Chosen,
     Comparison,
-    Execution,
+    Executions,
     LandingMap,
     LearningCurves,
     Noise,
@@ -35,7 +35,8 @@ from wam_cast.evaluation.experiment.store import RunDirectory
 from wam_cast.learning.dataset import CastDataset, generate_dataset
 from wam_cast.learning.forward_model import ForwardModel
 from wam_cast.learning.parts import Parts, split_casts
-from wam_cast.planning.plan import METHODS, Method
+from wam_cast.learning.workers import Workers
+from wam_cast.planning.plan import METHODS
 from wam_cast.scenario import Scenario
 
 Progress = Callable[[str, int, int], None]
@@ -77,17 +78,22 @@ def reproduce(
         If the directory holds something else or a run with other settings, or the scenario cannot be simulated or learned.
     """
     settings = Settings.of(scenario, seed, quick)
-    run = _Run(settings, RunDirectory(directory, settings), on_progress or (lambda _title, _done, _n: None))
-    findings = run.findings()
-    run.report(findings)
+    store = RunDirectory(directory, settings)
+    with Workers() as workers:
+        run = _Run(settings, store, workers, on_progress or (lambda _title, _done, _n: None))
+        findings = run.findings()
+        run.report(findings)
     return findings
 
 
 class _Run:
     """The phases, each of them done now or read from an earlier run."""
 
-    def __init__(self, settings: Settings, directory: RunDirectory, on_progress: Progress) -> None:
-        self._settings, self._directory, self._on_progress = settings, directory, on_progress
+    def __init__(
+        self, settings: Settings, directory: RunDirectory, workers: Workers, on_progress: Progress
+    ) -> None:
+        self._settings, self._directory, self._workers = settings, directory, workers
+        self._on_progress = on_progress
 
     def findings(self) -> Findings:
         settings, scenario = self._settings, self._settings.scenario
@@ -101,15 +107,19 @@ class _Run:
         learning_curves = self._phase(
             "learning curves",
             LearningCurves,
-            lambda r: learn_with_fewer_casts(scenario, self._parts, settings.seed, settings.n_repeats, r),
+            lambda r: learn_with_fewer_casts(
+                scenario, self._parts, settings.seed, settings.n_repeats, self._workers, r
+            ),
         )
         chosen = selection.per_parameter
 
         landing_map = self._phase("landing map", LandingMap, lambda _: map_landings(self._model(chosen)))
-        executions = tuple(self._execute(planner, chosen) for planner in METHODS)
+        executions = self._phase("execution", Executions, lambda r: self._execute(chosen, r)).planners
         self._phase("noisy casts", Samples, self._sample_with_noise)
         noise = self._phase(
-            "noise", Noise, lambda r: study_noise(settings, self._casts, self._noisy_casts, chosen, r)
+            "noise",
+            Noise,
+            lambda r: study_noise(settings, self._casts, self._noisy_casts, chosen, self._workers, r),
         )
         return Findings(
             settings, samples, selection, comparison, learning_curves, landing_map, executions, noise
@@ -124,7 +134,7 @@ class _Run:
         def report(done: int, n: int) -> None:
             self._on_progress(title, done, n)
 
-        name = title.replace(", ", "-").replace(" ", "-")
+        name = title.replace(" ", "-")
         return self._directory.phase(name, kind, lambda: compute(report))
 
     @cached_property
@@ -142,14 +152,14 @@ class _Run:
     def _model(self, chosen: Chosen) -> ForwardModel:
         return ForwardModel.from_hyperparameters(self._casts, chosen.sigma, chosen.regularization)
 
-    def _execute(self, planner: Method, chosen: Chosen) -> Execution:
-        scenario, n_cups = self._settings.scenario, self._settings.n_cups
-
-        def compute(report: Report) -> Execution:
-            model = self._model(chosen)
-            return execute_plans(scenario, model, planner, n_cups, label=planner, noise_seed=0, report=report)
-
-        return self._phase(f"execution, {planner}", Execution, compute)
+    def _execute(self, chosen: Chosen, report: Report) -> Executions:
+        model = self._model(chosen)
+        throwers = [Thrower(planner, planner, model) for planner in METHODS]
+        settings = self._settings
+        found = execute_plans(
+            settings.scenario, throwers, settings.n_cups, workers=self._workers, report=report
+        )
+        return Executions(planners=found)
 
     def _sample(self, report: Report) -> Samples:
         return self._generate(self._settings.scenario, self._directory.casts, report)
@@ -160,7 +170,12 @@ class _Run:
     def _generate(self, scenario: Scenario, directory: Path, report: Report) -> Samples:
         settings = self._settings
         data = generate_dataset(
-            scenario, settings.n_casts, settings.seed, directory=directory, on_progress=report
+            scenario,
+            settings.n_casts,
+            settings.seed,
+            executor=self._workers,
+            directory=directory,
+            on_progress=report,
         )
         return describe_samples(data)
 

@@ -18,7 +18,7 @@ class Size:
 
 
 FULL = Size(n_casts=1700, n_cups=100, n_repeats=8)
-QUICK = Size(n_casts=170, n_cups=20, n_repeats=3)
+QUICK = Size(n_casts=170, n_cups=10, n_repeats=3)
 
 
 @dataclass(frozen=True)

@@ -184,28 +184,19 @@ def print_findings(findings: Findings, directory: Path) -> None:
     rmse, miss = results["test_rmse_m"], results["executed_miss_m"]
     low, high = results["hit_interval"]
     table = _table("", "paper", "here")
+    casts = " + ".join(str(results[name]) for name in ("n_train", "n_validation", "n_test"))
+    table.add_row("casts", "1300 + 300 + 100", casts)
+    table.add_row("test RMSE, kernel, one sigma [cm]", "2.24", f"{100 * rmse['isotropic']:.2f}")
+    table.add_row("test RMSE, kernel, three sigmas [cm]", "-", f"{100 * rmse['ard']:.2f}")
+    table.add_row("test RMSE, polynomial, degree 12 [cm]", "21.7", f"{100 * rmse['polynomial_12']:.2f}")
+    table.add_row("mean predicted miss [mm]", "8.5", f"{1e3 * results['predicted_miss_m']['mean']:.1f}")
     table.add_row(
-        "training / validation / test casts",
-        "1300 / 300 / 100",
-        _slashed(results, "n_train", "n_validation", "n_test"),
+        "mean executed miss [mm]", "-", "-" if miss["mean"] is None else f"{1e3 * miss['mean']:.1f}"
     )
-    for name, label, paper in (
-        ("isotropic", "kernel regression, one sigma", "2.24 cm"),
-        ("ard", "kernel regression, a sigma for each parameter", "-"),
-        ("polynomial_12", "polynomial of degree 12", "21.7 cm"),
-    ):
-        table.add_row(f"test RMSE, {label}", paper, f"{100 * rmse[name]:.2f} cm")
-    table.add_row("predicted miss, mean", "8.5 mm", f"{1e3 * results['predicted_miss_m']['mean']:.1f} mm")
-    executed = "-" if miss["mean"] is None else f"{1e3 * miss['mean']:.1f} mm"
-    table.add_row("executed miss, mean", "-", executed)
-    hits = f"{results['hit_rate']:.1%} of {results['n_cups']} ({low:.0%} to {high:.0%})"
-    table.add_row("hit rate", "90 %", hits)
+    caught = round(results["hit_rate"] * results["n_cups"])
+    table.add_row("hit rate", "90 %", f"{caught} of {results['n_cups']} ({low:.0%} to {high:.0%})")
     out.print(table)
     out.print(f"report: {directory / 'report.html'}")
-
-
-def _slashed(results: Record, *names: str) -> str:
-    return " / ".join(str(results[name]) for name in names)
 
 
 def _table(*headings: str) -> Table:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.polynomial.legendre import legvander
 from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, RegressorMixin, TransformerMixin, clone
-from sklearn.compose import TransformedTargetRegressor
+from sklearn.compose import ColumnTransformer, TransformedTargetRegressor
 from sklearn.dummy import DummyRegressor
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
@@ -53,6 +53,14 @@ def additive_polynomial(degree: int, bounds: Bounds) -> Pipeline:
         BoundsScaler(bounds),
         LegendreFeatures(degree, is_additive=True),
         LinearRegression(fit_intercept=False),
+    )
+
+
+def single_parameter_polynomial(degree: int, bounds: Bounds, parameter: int) -> Pipeline:
+    """Return the polynomial of degree `degree` in one parameter, by its column (0, 1 or 2), by least squares."""
+    one = ColumnTransformer([("parameter", "passthrough", [parameter])])
+    return make_pipeline(
+        BoundsScaler(bounds), one, LegendreFeatures(degree), LinearRegression(fit_intercept=False)
     )
 
 

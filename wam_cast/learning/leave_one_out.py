@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import blas, lapack
 from scipy.optimize import OptimizeResult, minimize
+from threadpoolctl import threadpool_limits
 
 from wam_cast.learning.kernel_ridge import (
     checked_regularization,
@@ -141,15 +142,19 @@ def tune_by_leave_one_out(
 
     theta0 = np.log(np.append(sigma_start, regularization0))
     bounds = np.log([SIGMA_BOUNDS] * sigma_start.size + [REGULARIZATION_BOUNDS])
-    path = [(theta0, log_error(theta0)[0])]
+    path: list[tuple[FloatArray, float]] = []
 
     def record(intermediate_result: OptimizeResult) -> None:
         path.append((intermediate_result.x.copy(), float(intermediate_result.fun)))
 
     options = {"maxiter": max_steps, "gtol": tolerance, "ftol": 1e-9}
-    end = minimize(
-        log_error, theta0, jac=True, method="L-BFGS-B", bounds=bounds, callback=record, options=options
-    )
+    # One thread: more of them gain little on these matrices, and lose much where they share processors. It also makes the
+    # path the same whatever their number.
+    with threadpool_limits(1):
+        path = [(theta0, log_error(theta0)[0])]
+        end = minimize(
+            log_error, theta0, jac=True, method="L-BFGS-B", bounds=bounds, callback=record, options=options
+        )
     free_gradient = end.x - np.clip(end.x - end.jac, *bounds.T)
     parameters = [unpack(theta) for theta, _ in path]
     sigma_path = np.array([sigma for sigma, _ in parameters])

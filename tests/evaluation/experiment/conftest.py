@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+import wam_cast as wc
 from wam_cast.cast import Cast
 from wam_cast.evaluation.experiment import execution, learning_curves, run, settings
 from wam_cast.learning import dataset
@@ -58,13 +59,21 @@ def fake_outcome(scenario, cast: Cast, cup=None, *, noise_seed=0):
     )
 
 
-@pytest.fixture
-def no_physics(monkeypatch):
+@pytest.fixture(scope="module")
+def no_physics():
     """Replace what simulates and what starts processes, and make runs small."""
-    monkeypatch.setattr(dataset, "simulate_row", fake_row)
-    monkeypatch.setattr(execution, "simulate_cast", fake_outcome)
-    for module in (dataset, execution, learning_curves):
-        monkeypatch.setattr(module, "run_rows", inline)
-    monkeypatch.setattr(learning_curves, "SIZES", (25, 40))
-    monkeypatch.setattr(settings, "QUICK", settings.Size(n_casts=85, n_cups=6, n_repeats=2))
-    monkeypatch.setattr(run, "write_report", lambda *_: None)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(dataset, "simulate_row", fake_row)
+        patch.setattr(execution, "simulate_cast", fake_outcome)
+        for module in (dataset, execution, learning_curves):
+            patch.setattr(module, "run_rows", inline)
+        patch.setattr(learning_curves, "SIZES", (25,))
+        patch.setattr(settings, "QUICK", settings.Size(n_casts=85, n_cups=6, n_repeats=1))
+        yield
+
+
+@pytest.fixture(scope="module")
+def finished(no_physics, tmp_path_factory):
+    """Return the findings of a run without physics, and its folder with the report."""
+    folder = tmp_path_factory.mktemp("finished")
+    return run.reproduce(wc.Scenario(), folder, quick=True), folder

@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
-from wam_cast.evaluation.experiment.execution import execute_plans, make_trial, summarize
-from wam_cast.evaluation.experiment.report import explain
-from wam_cast.evaluation.experiment.results import Trial
 
 import wam_cast as wc
+from wam_cast.evaluation.experiment import execution
+from wam_cast.evaluation.experiment.execution import Thrower, execute_plans, make_trial, summarize
+from wam_cast.evaluation.experiment.report import explain
+from wam_cast.evaluation.experiment.results import Trial
+from wam_cast.learning.workers import Workers
 
 
 def trial(**changes):
@@ -68,14 +70,31 @@ def test_a_lost_process_is_a_failure():
 
 def test_cups_lie_evenly_over_the_reach(no_physics):
     model = wc.reference_model()
+    throwers = [Thrower("a", "gradient", model), Thrower("b", "program", model)]
     seen = []
     found = execute_plans(
-        wc.Scenario(), model, "gradient", 11, label="x", noise_seed=0, report=lambda *done: seen.append(done)
+        wc.Scenario(), throwers, 6, workers=Workers(), report=lambda *done: seen.append(done)
     )
-    cups = np.array([one.cup for one in found.trials])
-    assert cups[[0, -1]] == pytest.approx(model.reach)
-    assert np.diff(cups) == pytest.approx(np.diff(cups)[0])
-    assert seen == [(done, 11) for done in range(12)]
+    assert [one.label for one in found] == ["a", "b"]
+    for one in found:
+        cups = np.array([trial.cup for trial in one.trials])
+        assert cups[[0, -1]] == pytest.approx(model.reach)
+        assert np.diff(cups) == pytest.approx(np.diff(cups)[0])
+    assert found[0].trials[2].cup == found[1].trials[2].cup
+    assert seen == [(done, 12) for done in range(13)]
+
+
+def test_every_cup_has_noise_of_its_own_and_every_thrower_the_same(no_physics, monkeypatch):
+    seeds, without_physics = [], execution.simulate_cast
+
+    def outcome(*args, noise_seed):
+        seeds.append(noise_seed)
+        return without_physics(*args)
+
+    monkeypatch.setattr(execution, "simulate_cast", outcome)
+    throwers = [Thrower(name, "gradient", wc.reference_model()) for name in "ab"]
+    execute_plans(wc.Scenario(), throwers, 3, noise_seed=7, workers=Workers(), report=lambda *_: None)
+    assert seeds == [7, 8, 9, 7, 8, 9]
 
 
 def test_explanation_adds_up():

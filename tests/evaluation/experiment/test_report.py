@@ -5,13 +5,9 @@ import re
 from html.parser import HTMLParser
 
 import pytest
-from wam_cast.evaluation.experiment import run
-from wam_cast.evaluation.experiment.figures import CAPTIONS
-from wam_cast.evaluation.experiment.report import FAILURES, render_html, write_report
-from wam_cast.evaluation.experiment.settings import Settings
-from wam_cast.evaluation.experiment.store import RunDirectory
 
-import wam_cast as wc
+from wam_cast.evaluation.experiment.figures import CAPTIONS
+from wam_cast.evaluation.experiment.report import FAILURES, render_html
 from wam_cast.system.outcome import Status
 
 
@@ -36,17 +32,8 @@ class Page(HTMLParser):
             self.rows[-1].append(data.strip())
 
 
-@pytest.fixture
-def report(no_physics, monkeypatch, tmp_path):
-    """Return findings and the folder of their report."""
-    findings = run.reproduce(wc.Scenario(), tmp_path, quick=True)
-    directory = RunDirectory(tmp_path, Settings.of(wc.Scenario(), 0, quick=True))
-    write_report(findings, directory, lambda *_: None)
-    return findings, tmp_path
-
-
-def test_report_is_whole(report):
-    findings, folder = report
+def test_report_is_whole(finished):
+    findings, folder = finished
     markdown = (folder / "report.md").read_text()
     assert "nan" not in re.findall(r"[a-z]+", markdown.lower())
     assert "{{" not in markdown
@@ -62,8 +49,8 @@ def test_report_is_whole(report):
     assert "wam-cast reproduce --seed 0 --quick --out DIR" in markdown
 
 
-def test_page_needs_nothing_but_itself(report):
-    _, folder = report
+def test_page_needs_nothing_but_itself(finished):
+    _, folder = finished
     page = Page()
     page.feed((folder / "report.html").read_text())
     assert len(page.sources) == len(CAPTIONS)
@@ -71,8 +58,8 @@ def test_page_needs_nothing_but_itself(report):
     assert not page.links
 
 
-def test_every_table_row_has_as_many_cells_as_its_heading(report):
-    _, folder = report
+def test_every_table_row_has_as_many_cells_as_its_heading(finished):
+    _, folder = finished
     for table in re.findall(r"(?:^\|.*\|\n)+", (folder / "report.md").read_text(), re.MULTILINE):
         counts = {len(re.findall(r"(?<!\\)\|", line)) for line in table.splitlines()}
         assert len(counts) == 1, table

@@ -3,11 +3,11 @@
 import json
 
 import pytest
+
+import wam_cast as wc
 from wam_cast.evaluation.experiment.results import Statistics
 from wam_cast.evaluation.experiment.settings import Settings
 from wam_cast.evaluation.experiment.store import RunDirectory
-
-import wam_cast as wc
 from wam_cast.scenario import Noise
 
 FOUND = Statistics(mean=0.1, median=0.2, p95=None, max=1 / 3)
@@ -72,7 +72,7 @@ def test_a_run_with_other_versions_is_refused(tmp_path, settings):
 
 def test_something_else_is_left_alone(tmp_path, settings):
     (tmp_path / "thesis.tex").write_text("mine")
-    with pytest.raises(wc.InputError, match="holds thesis.tex"):
+    with pytest.raises(wc.InputError, match=r"holds thesis\.tex"):
         RunDirectory(tmp_path, settings)
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
 

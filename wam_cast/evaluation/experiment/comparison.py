@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import norm
 
-from wam_cast.cast import cast_bounds
+from wam_cast.cast import PARAMETERS, cast_bounds
 from wam_cast.evaluation.experiment.results import (
     Chosen,
     Comparison,
@@ -110,16 +110,14 @@ def _candidates(scenario: Scenario, selection: Selection, seed: int) -> dict[str
             f"polynomial of degree {degree}",
             baselines.polynomial(degree, bounds),
         )
-    for degree in (3, 12):
-        candidates[f"variant_raw_{degree}"] = (
-            f"monomials in SI units, normal equations, of degree {degree}",
-            baselines.raw_polynomial(degree),
-        )
-    candidates["variant_additive_12"] = (
-        "powers of each parameter alone, no products",
-        baselines.additive_polynomial(12, bounds),
-    )
-    return candidates
+    variants = {
+        "raw": ("monomials in SI units, normal equations", baselines.raw_polynomial(12)),
+        "additive": ("no products of parameters", baselines.additive_polynomial(12, bounds)),
+    }
+    for column, parameter in enumerate(PARAMETERS):
+        curve = baselines.single_parameter_polynomial(12, bounds, column)
+        variants[parameter] = (f"in the {parameter} alone", curve)
+    return candidates | {f"variant_{name}": variant for name, variant in variants.items()}
 
 
 def _fit(name: str, label: str, estimator: Any, parts: Parts) -> _Fitted:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +11,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from wam_cast.cast import Cast
+from wam_cast.errors import InputError
 from wam_cast.evaluation.experiment.findings import PAPERS_PLANNER, Findings
-from wam_cast.evaluation.experiment.results import ErrorCurve, Execution, to_array
+from wam_cast.evaluation.experiment.results import (
+    PAPERS_POLYNOMIAL_RMSE,
+    PAPERS_RMSE,
+    PAPERS_SIGMA,
+    ErrorCurve,
+    Execution,
+    to_array,
+)
 from wam_cast.evaluation.figures.calibration import draw_calibration
 from wam_cast.evaluation.figures.comparison import draw_comparison, draw_polynomials
 from wam_cast.evaluation.figures.data_flow import draw_data_flow
@@ -27,6 +36,7 @@ from wam_cast.evaluation.figures.set_up import draw_set_up, render_set_up
 from wam_cast.evaluation.figures.where_wrong import draw_residual_map, draw_shortest_move
 from wam_cast.evaluation.output import write_figure
 from wam_cast.evaluation.style import figure_style
+from wam_cast.learning.workers import Workers, run_rows
 from wam_cast.scenario import Scenario
 from wam_cast.system.simulation import CastSimulator
 
@@ -36,20 +46,24 @@ WIDTH = 7.2
 DPI = 180
 """Of pixel pictures."""
 
-PAPERS_SIGMA = 0.35
-PAPERS_RMSE = 0.0224
-PAPERS_POLYNOMIAL_RMSE = 0.217
-"""Of the paper: sigma, and the test RMSE of its kernel regression and of its polynomial [m]."""
 
-
-def draw_figures(findings: Findings, folder: Path) -> Iterator[str]:
+def draw_figures(findings: Findings, folder: Path, workers: Workers) -> Iterator[str]:
     """Draw all figures and write each as PDF and PNG into `folder`; yield the name of each that is done."""
+    names = list(_FIGURES)
+    drawn = run_rows(partial(_draw_and_write, findings, folder, names), range(len(names)), workers)
+    for name, done in zip(names, drawn, strict=True):
+        if done is None:
+            raise InputError(f"{name}: its process died; free memory and start again")
+        yield name
+
+
+def _draw_and_write(findings: Findings, folder: Path, names: list[str], row: int) -> str:
+    draw, _ = _FIGURES[names[row]]
     with figure_style():
-        for name, (draw, _) in _FIGURES.items():
-            figure = draw(findings)
-            for suffix in ("pdf", "png"):
-                write_figure(figure, folder / f"{name}.{suffix}", dpi=DPI)
-            yield name
+        figure = draw(findings)
+        for suffix in ("pdf", "png"):
+            write_figure(figure, folder / f"{names[row]}.{suffix}", dpi=DPI)
+    return names[row]
 
 
 def _new(
@@ -133,15 +147,15 @@ def _selection(findings: Findings) -> Figure:
 
 
 def _performance(findings: Findings) -> Figure:
-    executions = sorted(findings.executions, key=lambda one: one.planner != PAPERS_PLANNER)
+    executions = findings.executions
     figure = Figure(figsize=(WIDTH, 2.6 * len(executions) + 2.4), layout="constrained")
     *panels, last = figure.subplots(len(executions) + 1, 1)
     for axes, execution in zip(panels, executions, strict=True):
         _draw_execution(axes, execution, findings.settings.scenario)
-    misses = {
-        f"{execution.label}, {which}": to_array(getattr(trial, f"{which}_miss") for trial in execution.trials)
-        for execution in executions
-        for which in ("predicted", "executed")
+    # The program's own predictions hit the middle to far less than what matters.
+    papers = findings.execution.trials
+    misses = {f"{PAPERS_PLANNER}, predicted": to_array(trial.predicted_miss for trial in papers)} | {
+        f"{one.label}, executed": to_array(trial.executed_miss for trial in one.trials) for one in executions
     }
     draw_miss_distribution(last, misses)
     return figure
@@ -158,7 +172,7 @@ def _draw_execution(axes: Axes, execution: Execution, scenario: Scenario) -> Non
         cup_radius=scenario.cup.inner_radius,
         ball_radius=scenario.ball.radius,
     )
-    axes.annotate(execution.label, (0.01, 0.03), xycoords="axes fraction", weight="bold")
+    axes.set_title(execution.label, loc="left")
 
 
 def _comparison(findings: Findings) -> Figure:
@@ -253,21 +267,23 @@ def _landing_map(findings: Findings) -> Figure:
 
 
 def _noise(findings: Findings) -> Figure:
-    figure, axes = _new(6.0, 2, 2)
     noise, scenario = findings.noise, findings.settings.scenario
+    figure = Figure(figsize=(WIDTH, 8.0), layout="constrained")
+    top, middle, bottom = figure.subfigures(3, 1, squeeze=False)[:, 0]
+    scatter, curve = top.subplots(1, 2)
     clear = scenario.cup.inner_radius - scenario.ball.radius
-    draw_landing_scatter(axes[0, 0], to_array(noise.along), to_array(noise.across), clear_radius=clear)
+    draw_landing_scatter(scatter, to_array(noise.along), to_array(noise.across), clear_radius=clear)
     draw_error_curve(
-        axes[0, 1],
+        curve,
         np.array(noise.regularization_curve.x),
         _curves(noise.regularization_curve),
         xlabel="lambda [1]",
         chosen=noise.models[0].regularization,
     )
     gradient = next(one for one in noise.executions if one.planner == PAPERS_PLANNER)
-    _draw_execution(axes[1, 0], gradient, scenario)
+    _draw_execution(middle.subplots(), gradient, scenario)
     misses = {one.label: to_array(trial.executed_miss for trial in one.trials) for one in noise.executions}
-    draw_miss_distribution(axes[1, 1], misses)
+    draw_miss_distribution(bottom.subplots(), misses)
     return figure
 
 

@@ -15,9 +15,15 @@ from wam_cast.evaluation.experiment.results import (
     Selection,
 )
 from wam_cast.evaluation.experiment.settings import Settings
-from wam_cast.learning.storage import current_versions
+from wam_cast.planning.plan import METHODS, Method
 
-PAPERS_PLANNER = "gradient"
+PAPERS_PLANNER: Method = "gradient"
+
+PLANNERS: tuple[Method, ...] = (
+    PAPERS_PLANNER,
+    *(planner for planner in METHODS if planner != PAPERS_PLANNER),
+)
+"""The paper's first."""
 
 TEST_ROWS = (
     "isotropic",
@@ -56,7 +62,7 @@ class Findings:
         execution = self.execution
         return {
             "seed": self.settings.seed,
-            "versions": current_versions(),
+            "versions": self.settings.versions,
             "fingerprint": self.settings.scenario.fingerprint,
             "n_train": self.samples.n_train,
             "n_validation": self.samples.n_validation,

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from wam_cast.evaluation.experiment.comparison import kernel_ridge
 from wam_cast.evaluation.experiment.execution import Thrower, execute_plans
+from wam_cast.evaluation.experiment.findings import PLANNERS
 from wam_cast.evaluation.experiment.results import (
     Chosen,
     Noise,
@@ -23,7 +24,6 @@ from wam_cast.learning.dataset import CastDataset
 from wam_cast.learning.forward_model import ForwardModel
 from wam_cast.learning.parts import Parts, split_casts
 from wam_cast.learning.workers import Workers
-from wam_cast.planning.plan import METHODS
 
 Array = NDArray[np.float64]
 Report = Callable[[int, int], None]
@@ -53,7 +53,7 @@ def study_noise(
     clean_model = ForwardModel.from_hyperparameters(
         clean_data, clean_chosen.sigma, clean_chosen.regularization
     )
-    throwers = [Thrower(f"{planner}, learned with noise", planner, noisy_model) for planner in METHODS]
+    throwers = [Thrower(f"{planner}, learned with noise", planner, noisy_model) for planner in PLANNERS]
     throwers.append(Thrower("program, learned without noise", "program", clean_model))
     executions = execute_plans(
         scenario, throwers, settings.n_cups, noise_seed=settings.seed, workers=workers, report=report

@@ -18,7 +18,7 @@ from wam_cast.evaluation.experiment.findings import Findings
 from wam_cast.evaluation.experiment.results import Trial
 from wam_cast.evaluation.experiment.store import RunDirectory
 from wam_cast.files import write_file
-from wam_cast.learning.storage import current_versions
+from wam_cast.learning.workers import Workers
 from wam_cast.planning.plan import LONGEST_MISS
 from wam_cast.scenario import Scenario
 
@@ -40,12 +40,14 @@ FAILURES: dict[str, str] = {
 """Kinds of failure in words."""
 
 
-def write_report(findings: Findings, directory: RunDirectory, report: Callable[[int, int], None]) -> None:
+def write_report(
+    findings: Findings, directory: RunDirectory, workers: Workers, report: Callable[[int, int], None]
+) -> None:
     """Draw the figures and write the report's files; what was there before is replaced."""
     started = time.perf_counter()
     n_steps = len(CAPTIONS) + 1
     report(0, n_steps)
-    for done, _ in enumerate(draw_figures(findings, directory.figures), 1):
+    for done, _ in enumerate(draw_figures(findings, directory.figures, workers), 1):
         report(done, n_steps)
     wall_s = directory.wall_seconds() | {"figures-and-report": time.perf_counter() - started}
     results = json.dumps(findings.to_json(wall_s), indent=1) + "\n"
@@ -76,12 +78,12 @@ def render_markdown(findings: Findings, wall_s: dict[str, float]) -> str:
         f=findings,
         s=findings.settings,
         scenario=scenario,
-        versions=current_versions(),
+        versions=findings.settings.versions,
         fingerprint=scenario.fingerprint,
         wall_s=wall_s,
         captions=CAPTIONS,
         failures=FAILURES,
-        explain=lambda trial: explain(trial, scenario),
+        explain=lambda trial, others="the model": explain(trial, scenario, others),
     )
 
 
@@ -97,8 +99,8 @@ def render_html(markdown: str, folder: Path) -> str:
     )
 
 
-def explain(trial: Trial, scenario: Scenario) -> str:
-    """Return in words why a cast missed: what the plan, the model and the entry had to do with it."""
+def explain(trial: Trial, scenario: Scenario, others: str = "the model") -> str:
+    """Return in words why a cast missed: what the plan, what `others` and what the entry had to do with it."""
     if trial.limits_hit:
         return f"the arm met the limit of {', '.join(trial.limits_hit)}"
     if trial.executed_offset is None:
@@ -114,7 +116,7 @@ def explain(trial: Trial, scenario: Scenario) -> str:
             f"the planner was content with {1e3 * trial.predicted_offset:+.1f} mm from the middle"
         )
     error = trial.executed_offset - trial.predicted_offset
-    sentences.append(f"the model was wrong by {1e3 * error:+.1f} mm")
+    sentences.append(f"{others} added {1e3 * error:+.1f} mm")
     clear = scenario.cup.inner_radius - scenario.ball.radius
     sentences.append(
         f"so the ball came in {1e3 * trial.executed_offset:+.1f} mm from the middle at "
@@ -136,8 +138,8 @@ def _percent(value: float, digits: int = 0) -> str:
 
 
 def _power(value: float) -> str:
-    """Return a number of any size, with a power of ten where it is large or small."""
-    if 1e-2 <= abs(value) < 1e4:
+    """Return a number of any size, with a power of ten where it is small or large."""
+    if 0.01 <= abs(value) < 1000:
         return f"{value:.3g}"
     mantissa, exponent = f"{value:.1e}".split("e")
     return f"{mantissa}·10^{int(exponent)}"

@@ -7,10 +7,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import BaseModel, ConfigDict
+
+PAPERS_SIGMA = 0.35
+PAPERS_RMSE = 0.0224
+PAPERS_POLYNOMIAL_RMSE = 0.217
+"""Of the paper: sigma, and the test RMSE of its kernel regression and of its polynomial [m]."""
 
 Floats = tuple[float, ...]
 MaybeFloats = tuple[float | None, ...]
@@ -110,6 +116,11 @@ class PolynomialFit(Result):
     validation_rmse: float
     test_rmse: float
 
+    @property
+    def distance_from_paper(self) -> float:
+        """How far the test RMSE is from that of the paper's polynomial [m]."""
+        return abs(self.test_rmse - PAPERS_POLYNOMIAL_RMSE)
+
 
 class Residuals(Result):
     """Casts and what the model errs there [m], as one that has not seen them: leave-one-out, then the validation casts."""
@@ -118,6 +129,15 @@ class Residuals(Result):
     speed: Floats
     wait: Floats
     residual: Floats
+
+    WORST: ClassVar[float] = 0.05
+    """Share of the casts that are called the worst."""
+
+    @property
+    def share_of_worst(self) -> float:
+        """How much of the squared error is that of the worst casts."""
+        squares = np.sort(np.square(self.residual))
+        return float(np.sum(squares[-round(self.WORST * len(squares)) :]) / np.sum(squares))
 
 
 class Comparison(Result):

@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from wam_cast.evaluation.experiment.comparison import compare
 from wam_cast.evaluation.experiment.execution import Thrower, execute_plans
-from wam_cast.evaluation.experiment.findings import Findings
+from wam_cast.evaluation.experiment.findings import PLANNERS, Findings
 from wam_cast.evaluation.experiment.landing_map import map_landings
 from wam_cast.evaluation.experiment.learning_curves import learn_with_fewer_casts
 from wam_cast.evaluation.experiment.noise import study_noise
@@ -36,7 +37,6 @@ from wam_cast.learning.dataset import CastDataset, generate_dataset
 from wam_cast.learning.forward_model import ForwardModel
 from wam_cast.learning.parts import Parts, split_casts
 from wam_cast.learning.workers import Workers
-from wam_cast.planning.plan import METHODS
 from wam_cast.scenario import Scenario
 
 Progress = Callable[[str, int, int], None]
@@ -79,7 +79,8 @@ def reproduce(
     """
     settings = Settings.of(scenario, seed, quick)
     store = RunDirectory(directory, settings)
-    with Workers() as workers:
+    # One thread for each process, which also makes ill-conditioned sums the same whatever the number of processors.
+    with Workers() as workers, threadpool_limits(1):
         run = _Run(settings, store, workers, on_progress or (lambda _title, _done, _n: None))
         findings = run.findings()
         run.report(findings)
@@ -126,9 +127,10 @@ class _Run:
         )
 
     def report(self, findings: Findings) -> None:
-        write_report(
-            findings, self._directory, lambda done, n: self._on_progress("figures and report", done, n)
-        )
+        def report(done: int, n: int) -> None:
+            self._on_progress("figures and report", done, n)
+
+        write_report(findings, self._directory, self._workers, report)
 
     def _phase(self, title: str, kind: type[R], compute: Callable[[Report], R]) -> R:
         def report(done: int, n: int) -> None:
@@ -154,7 +156,7 @@ class _Run:
 
     def _execute(self, chosen: Chosen, report: Report) -> Executions:
         model = self._model(chosen)
-        throwers = [Thrower(planner, planner, model) for planner in METHODS]
+        throwers = [Thrower(planner, planner, model) for planner in PLANNERS]
         settings = self._settings
         found = execute_plans(
             settings.scenario, throwers, settings.n_cups, workers=self._workers, report=report

@@ -26,7 +26,7 @@ from wam_cast.scenario import Scenario
 Array = NDArray[np.float64]
 Report = Callable[[int, int], None]
 
-SIGMAS = np.geomspace(0.1, 3.0, 25)
+SIGMAS = np.geomspace(0.1, 3.0, 31)
 REGULARIZATIONS = np.geomspace(1e-10, 1e-1, 19)
 DESCENT_STARTS = (0.2, 1.5)
 """Of the paper's descent, on either side of the minimum: the error is not convex in sigma."""

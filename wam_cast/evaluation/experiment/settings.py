@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from importlib.metadata import version
 
 from wam_cast.learning.storage import current_versions
 from wam_cast.scenario import Noise, Scenario
@@ -62,6 +63,11 @@ class Settings:
         return cls(clean, noise, seed, **vars(QUICK if quick else FULL), is_quick=quick)
 
     @property
+    def versions(self) -> dict[str, str]:
+        """Of the software that numbers come from."""
+        return current_versions() | {package: version(package) for package in ("scipy", "scikit-learn")}
+
+    @property
     def command(self) -> str:
         """The command line that runs this again; `scenario.yaml` is beside the report."""
         own = " --scenario scenario.yaml" if self.own_scenario != Scenario() else ""
@@ -88,5 +94,5 @@ class Settings:
             "n_casts": self.n_casts,
             "n_cups": self.n_cups,
             "n_repeats": self.n_repeats,
-            "versions": current_versions(),
+            "versions": self.versions,
         }

@@ -53,7 +53,7 @@ def draw_learning_curves(
     for name, look in curve_looks(curves).items():
         curve = curves[name]
         axes.fill_between(
-            n_train, curve.low * CM, curve.high * CM, color=look["color"], alpha=0.2, linewidth=0
+            n_train, curve.low * CM, curve.high * CM, color=look["color"], alpha=0.13, linewidth=0
         )
         axes.plot(n_train, curve.median * CM, label=name, **look)
     if paper is not None:

@@ -25,6 +25,7 @@ ESTIMATORS = {
     "polynomial": baselines.polynomial(4, BOUNDS),
     "additive polynomial": baselines.additive_polynomial(4, BOUNDS),
     "raw polynomial": baselines.raw_polynomial(4),
+    "polynomial in one parameter": baselines.single_parameter_polynomial(4, BOUNDS, 1),
     "nearest neighbour": baselines.nearest_neighbour(BOUNDS),
     "gaussian process": baselines.gaussian_process(BOUNDS),
     "neural network": baselines.neural_network(BOUNDS, seed=1),

@@ -184,11 +184,11 @@ def print_findings(findings: Findings, directory: Path) -> None:
     rmse, miss = results["test_rmse_m"], results["executed_miss_m"]
     low, high = results["hit_interval"]
     table = _table("", "paper", "here")
-    casts = " + ".join(str(results[name]) for name in ("n_train", "n_validation", "n_test"))
-    table.add_row("casts", "1300 + 300 + 100", casts)
-    table.add_row("test RMSE, kernel, one sigma [cm]", "2.24", f"{100 * rmse['isotropic']:.2f}")
-    table.add_row("test RMSE, kernel, three sigmas [cm]", "-", f"{100 * rmse['ard']:.2f}")
-    table.add_row("test RMSE, polynomial, degree 12 [cm]", "21.7", f"{100 * rmse['polynomial_12']:.2f}")
+    casts = ", ".join(str(results[name]) for name in ("n_train", "n_validation", "n_test"))
+    table.add_row("training, validation, test casts", "1300, 300, 100", casts)
+    table.add_row("test RMSE, one sigma [cm]", "2.24", f"{100 * rmse['isotropic']:.2f}")
+    table.add_row("test RMSE, three sigmas [cm]", "-", f"{100 * rmse['ard']:.2f}")
+    table.add_row("test RMSE, polynomial 12 [cm]", "21.7", f"{100 * rmse['polynomial_12']:.2f}")
     table.add_row("mean predicted miss [mm]", "8.5", f"{1e3 * results['predicted_miss_m']['mean']:.1f}")
     table.add_row(
         "mean executed miss [mm]", "-", "-" if miss["mean"] is None else f"{1e3 * miss['mean']:.1f}"

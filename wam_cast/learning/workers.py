@@ -62,7 +62,7 @@ class Workers:
                     yield result
                     done += 1
             except BrokenProcessPool as error:
-                self.__exit__(type(error))
+                self.__exit__(type(error), error, error.__traceback__)
             else:
                 return
             # A dead process takes the whole pool with it. The guilty row is among the oldest unfinished ones, or soon will be.

@@ -7,7 +7,7 @@ import pytest
 
 import wam_cast as wc
 from wam_cast.cast import Cast
-from wam_cast.evaluation.experiment import execution, learning_curves, run, settings
+from wam_cast.evaluation.experiment import execution, figures, learning_curves, run, settings
 from wam_cast.learning import dataset
 from wam_cast.learning.sampling import sample_cast
 from wam_cast.system.outcome import Outcome, Status
@@ -65,7 +65,7 @@ def no_physics():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(dataset, "simulate_row", fake_row)
         patch.setattr(execution, "simulate_cast", fake_outcome)
-        for module in (dataset, execution, learning_curves):
+        for module in (dataset, execution, learning_curves, figures):
             patch.setattr(module, "run_rows", inline)
         patch.setattr(learning_curves, "SIZES", (25,))
         patch.setattr(settings, "QUICK", settings.Size(n_casts=85, n_cups=6, n_repeats=1))
@@ -74,6 +74,8 @@ def no_physics():
 
 @pytest.fixture(scope="module")
 def finished(no_physics, tmp_path_factory):
-    """Return the findings of a run without physics, and its folder with the report."""
+    """Return the findings of a run without physics, and its folder; there is no report yet."""
     folder = tmp_path_factory.mktemp("finished")
-    return run.reproduce(wc.Scenario(), folder, quick=True), folder
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(run, "write_report", lambda *_: None)
+        return run.reproduce(wc.Scenario(), folder, quick=True), folder

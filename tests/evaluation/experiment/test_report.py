@@ -7,7 +7,9 @@ from html.parser import HTMLParser
 import pytest
 
 from wam_cast.evaluation.experiment.figures import CAPTIONS
-from wam_cast.evaluation.experiment.report import FAILURES, render_html
+from wam_cast.evaluation.experiment.report import FAILURES, render_html, write_report
+from wam_cast.evaluation.experiment.store import RunDirectory
+from wam_cast.learning.workers import Workers
 from wam_cast.system.outcome import Status
 
 
@@ -32,16 +34,17 @@ class Page(HTMLParser):
             self.rows[-1].append(data.strip())
 
 
-def test_report_is_whole(finished):
-    findings, folder = finished
-    markdown = (folder / "report.md").read_text()
-    assert "nan" not in re.findall(r"[a-z]+", markdown.lower())
-    assert "{{" not in markdown
-    assert "{%" not in markdown
+def check_figures(folder, markdown):
     for name in CAPTIONS:
         for suffix in ("pdf", "png"):
             assert (folder / "figures" / f"{name}.{suffix}").stat().st_size > 2000
         assert f"figures/{name}.png" in markdown
+
+
+def check_text(findings, folder, markdown):
+    assert "nan" not in re.findall(r"[a-z]+", markdown.lower())
+    assert "{{" not in markdown
+    assert "{%" not in markdown
     results = json.loads((folder / "results.json").read_text())
     assert results["wall_s"] == pytest.approx(sum(results["wall_s_by_phase"].values()))
     assert f"{100 * results['test_rmse_m']['isotropic']:.2f} cm" in markdown
@@ -49,8 +52,26 @@ def test_report_is_whole(finished):
     assert "wam-cast reproduce --seed 0 --quick --out DIR" in markdown
 
 
-def test_page_needs_nothing_but_itself(finished):
-    _, folder = finished
+def check_tables(markdown):
+    tables = re.findall(r"(?:^\|.*\|[ \t]*\n)+", markdown, re.MULTILINE)
+    assert len(tables) > 8
+    for table in tables:
+        assert len({line.count("|") for line in table.splitlines()}) == 1, table
+
+
+def check_missed_cups_are_explained(findings, markdown):
+    missed = [
+        trial
+        for execution in (*findings.executions, *findings.noise.executions)
+        for trial in execution.trials
+        if not trial.is_caught
+    ]
+    assert missed  # the noise sees to it
+    for trial in missed:
+        assert f"cup at {100 * trial.cup:.1f} cm" in markdown
+
+
+def check_page_needs_nothing_but_itself(folder):
     page = Page()
     page.feed((folder / "report.html").read_text())
     assert len(page.sources) == len(CAPTIONS)
@@ -58,11 +79,19 @@ def test_page_needs_nothing_but_itself(finished):
     assert not page.links
 
 
-def test_every_table_row_has_as_many_cells_as_its_heading(finished):
-    _, folder = finished
-    for table in re.findall(r"(?:^\|.*\|\n)+", (folder / "report.md").read_text(), re.MULTILINE):
-        counts = {len(re.findall(r"(?<!\\)\|", line)) for line in table.splitlines()}
-        assert len(counts) == 1, table
+def test_report_is_whole(finished):
+    # One test, since its figures take their time.
+    findings, folder = finished
+    directory = RunDirectory(folder, findings.settings)
+    steps = []
+    write_report(findings, directory, Workers(), lambda *step: steps.append(step))
+    assert steps == [(done, len(CAPTIONS) + 1) for done in range(len(CAPTIONS) + 2)]
+    markdown = (folder / "report.md").read_text()
+    check_figures(folder, markdown)
+    check_text(findings, folder, markdown)
+    check_tables(markdown)
+    check_missed_cups_are_explained(findings, markdown)
+    check_page_needs_nothing_but_itself(folder)
 
 
 def test_every_failure_has_a_word():

@@ -63,6 +63,7 @@ def _draw_and_write(findings: Findings, folder: Path, names: list[str], row: int
         figure = draw(findings)
         for suffix in ("pdf", "png"):
             write_figure(figure, folder / f"{names[row]}.{suffix}", dpi=DPI)
+            figure.set_layout_engine("none")  # laid out once is enough
     return names[row]
 
 

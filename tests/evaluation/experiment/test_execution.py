@@ -81,7 +81,7 @@ def test_cups_lie_evenly_over_the_reach(no_physics):
         assert cups[[0, -1]] == pytest.approx(model.reach)
         assert np.diff(cups) == pytest.approx(np.diff(cups)[0])
     assert found[0].trials[2].cup == found[1].trials[2].cup
-    assert seen == [(done, 12) for done in range(13)]
+    assert seen == [(done, 24) for done in range(25)]  # plans, then casts
 
 
 def test_every_cup_has_noise_of_its_own_and_every_thrower_the_same(no_physics, monkeypatch):

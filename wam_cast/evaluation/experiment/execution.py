@@ -57,19 +57,21 @@ def execute_plans(
     workers
         Run the casts.
     report
-        Called with the number of casts that are finished, and of all.
+        Called with how much is done, and how much there is: each cast is planned and executed.
     """
-    plans = []
-    report(0, len(throwers) * n_cups)
+    n_steps = 2 * len(throwers) * n_cups
+    report(0, n_steps)
+    plans: list[Plan] = []
     for thrower in throwers:
-        cups = np.linspace(*thrower.model.reach, n_cups)
-        plans += [plan_cast(thrower.model, (float(cup), 0.0), thrower.planner) for cup in cups]
+        for cup in np.linspace(*thrower.model.reach, n_cups):
+            plans.append(plan_cast(thrower.model, (float(cup), 0.0), thrower.planner))
+            report(len(plans), n_steps)
     jobs = [(plan, noise_seed + i % n_cups) for i, plan in enumerate(plans)]
     trials: list[Trial] = []
     with closing(run_rows(partial(_execute, scenario, jobs), range(len(jobs)), workers)) as outcomes:
         for plan, outcome in zip(plans, outcomes, strict=True):
             trials.append(make_trial(plan, outcome))
-            report(len(trials), len(plans))
+            report(len(plans) + len(trials), n_steps)
     return tuple(
         summarize(thrower.label, thrower.planner, trials[i * n_cups : (i + 1) * n_cups])
         for i, thrower in enumerate(throwers)

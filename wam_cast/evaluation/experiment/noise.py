@@ -43,6 +43,7 @@ def study_noise(
     that suit casts without noise.
     """
     scenario = settings.noisy_scenario
+    report(0, 2 * (len(PLANNERS) + 1) * settings.n_cups)  # what `execute_plans` will report, after the models
     clean, noisy = split_casts(clean_data), split_casts(noisy_data)
     chosen = select_per_parameter(scenario, noisy)
     along, across = _scatter(clean_data, noisy_data)

@@ -78,6 +78,8 @@ class Selection(Result):
         Sigma, one or one for each parameter, and lambda by leave-one-out.
     sigma_curve, regularization_curve
         Each with the other hyperparameter as in `isotropic`.
+    papers_curve
+        Errors over lambda with the paper's sigma, on parameters in SI units that are not scaled.
     descents
         On the validation error over sigma, each from another start; the best one gave `by_validation`.
     """
@@ -87,6 +89,7 @@ class Selection(Result):
     per_parameter: Chosen
     sigma_curve: ErrorCurve
     regularization_curve: ErrorCurve
+    papers_curve: ErrorCurve
     descents: tuple[Descent, ...]
 
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from wam_cast.cast import cast_bounds
 from wam_cast.evaluation.experiment.results import (
+    PAPERS_SIGMA,
     Chosen,
     Descent,
     ErrorCurve,
@@ -28,14 +29,20 @@ Report = Callable[[int, int], None]
 
 SIGMAS = np.geomspace(0.1, 3.0, 31)
 REGULARIZATIONS = np.geomspace(1e-10, 1e-1, 19)
+PAPERS_REGULARIZATIONS = np.array([1e-8, 1e-6, 1e-4, 1e-2, 1.0])
+"""At which the paper's own sigma is tried."""
+
+SI_UNITS = (np.zeros(3), np.ones(3))
+"""Bounds that leave parameters as they are."""
+
 DESCENT_STARTS = (0.2, 1.5)
 """Of the paper's descent, on either side of the minimum: the error is not convex in sigma."""
 
 
 def select_models(scenario: Scenario, parts: Parts, report: Report) -> Selection:
     """Choose sigma and lambda in three ways, and trace the errors over each; the test part stays closed."""
-    errors = _Errors(scenario, parts)
-    n_steps = len(SIGMAS) + len(REGULARIZATIONS) + 4
+    errors, unscaled = _Errors(cast_bounds(scenario), parts), _Errors(SI_UNITS, parts)
+    n_steps = len(SIGMAS) + len(REGULARIZATIONS) + len(PAPERS_REGULARIZATIONS) + 2 + len(DESCENT_STARTS)
     done = 0
 
     def finished() -> None:
@@ -55,12 +62,14 @@ def select_models(scenario: Scenario, parts: Parts, report: Report) -> Selection
     best = min(descents, key=lambda tuned: tuned.rmse)
     sigma_curve = errors.curve(SIGMAS, lambda sigma: (sigma, isotropic.regularization), finished)
     regularization_curve = errors.curve(REGULARIZATIONS, lambda lam: (isotropic.sigma[0], lam), finished)
+    papers_curve = unscaled.curve(PAPERS_REGULARIZATIONS, lambda lam: (PAPERS_SIGMA, lam), finished)
     return Selection(
         by_validation=errors.chosen(best),
         isotropic=isotropic,
         per_parameter=per_parameter,
         sigma_curve=sigma_curve,
         regularization_curve=regularization_curve,
+        papers_curve=papers_curve,
         descents=tuple(
             Descent(x=floats(tuned.sigma_path), rmse=floats(tuned.rmse_path)) for tuned in descents
         ),
@@ -69,20 +78,20 @@ def select_models(scenario: Scenario, parts: Parts, report: Report) -> Selection
 
 def select_per_parameter(scenario: Scenario, parts: Parts) -> Chosen:
     """Choose a sigma for each parameter and lambda; the test part stays closed."""
-    return _Errors(scenario, parts).chosen(tune_model(scenario, parts.train))
+    return _Errors(cast_bounds(scenario), parts).chosen(tune_model(scenario, parts.train))
 
 
 def regularization_curve(scenario: Scenario, parts: Parts, sigma: tuple[float, ...]) -> ErrorCurve:
     """Return the errors over lambda at one `sigma`."""
-    errors = _Errors(scenario, parts)
+    errors = _Errors(cast_bounds(scenario), parts)
     return errors.curve(REGULARIZATIONS, lambda lam: (np.array(sigma), lam), lambda: None)
 
 
 class _Errors:
     """The landing's errors along the casting plane, by leave-one-out over the training casts and on the validation casts."""
 
-    def __init__(self, scenario: Scenario, parts: Parts) -> None:
-        self._bounds = cast_bounds(scenario)
+    def __init__(self, bounds: tuple[Array, Array], parts: Parts) -> None:
+        self._bounds = bounds
         self._train, self._validation = parts.train, parts.validation
 
     def by_leave_one_out(self) -> TuningResult:

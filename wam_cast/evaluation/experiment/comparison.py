@@ -94,12 +94,12 @@ def _candidates(scenario: Scenario, selection: Selection, seed: int) -> dict[str
     """Return label and unfitted estimator of each candidate by its name."""
     bounds = cast_bounds(scenario)
     candidates: dict[str, tuple[str, Any]] = {
-        "constant": ("constant (mean of the training landings)", baselines.constant()),
+        "constant": ("mean of the training landings", baselines.constant()),
         "nearest_neighbour": ("nearest neighbour", baselines.nearest_neighbour(bounds)),
         "neural_network": ("neural network", baselines.neural_network(bounds, seed)),
         "gaussian_process": ("Gaussian process", baselines.gaussian_process(bounds)),
         "isotropic_by_validation": (
-            "KRR, one sigma, by the validation casts as in the paper",
+            "KRR, one sigma, chosen as in the paper",
             kernel_ridge(scenario, selection.by_validation),
         ),
         "isotropic": ("KRR, one sigma", kernel_ridge(scenario, selection.isotropic)),

@@ -61,7 +61,7 @@ def _draw_and_write(findings: Findings, folder: Path, names: list[str], row: int
     draw, _ = _FIGURES[names[row]]
     with figure_style():
         figure = draw(findings)
-        for suffix in ("pdf", "png"):
+        for suffix in ("png", "pdf"):
             write_figure(figure, folder / f"{names[row]}.{suffix}", dpi=DPI)
             figure.set_layout_engine("none")  # laid out once is enough
     return names[row]

@@ -35,8 +35,12 @@ ALLOWED = {
 }
 
 # Parts of Drake that a layer may not use at all.
-NO_DRAKE = (*BASE, "wam_cast.learning.kernel_ridge")
-NO_SIMULATION = ("wam_cast.planning", "wam_cast.learning.tuning", "wam_cast.system.outcome")
+LEARNING = [
+    f"wam_cast.learning.{name}"
+    for name in ("kernel_ridge", "tuning", "leave_one_out", "parts", "baselines", "forward_model")
+]
+NO_DRAKE = (*BASE, *LEARNING)
+NO_SIMULATION = ("wam_cast.planning", "wam_cast.system.outcome")
 SIMULATION = (
     "pydrake.multibody",
     "pydrake.systems",

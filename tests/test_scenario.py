@@ -1,14 +1,17 @@
 """The scenario: what it refuses and how it says so, its file, and what its fingerprint stands for."""
 
+import json
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 import yaml
 from pydantic import ValidationError
 
+import wam_cast
 from wam_cast.errors import InputError
-from wam_cast.scenario import Ball, Bounds, Cup, Motion, Scenario, String
+from wam_cast.scenario import Ball, Bounds, Cup, Motion, Noise, Scenario, String
 
 # One change each of a value that moves a free cast's landing, or of what casts are drawn from.
 MATTERS = [
@@ -34,6 +37,12 @@ MATTERS = [
     {"motion": {"drop_distance": 0.44}},
     {"motion": {"drop_duration": 0.39}},
     {"motion": {"hold_duration": 0.9}},
+    {"noise": {"distance": 0.003}},
+    {"noise": {"speed": 0.015}},
+    {"noise": {"wait": 0.004}},
+    {"noise": {"torque": 0.005}},
+    {"noise": {"encoder_counts": 4096}},
+    {"noise": {"swing": 0.005}},
     {"simulation": {"max_step": 0.001}},
     {"bounds": {"distance": [0.06, 0.40]}},
     {"bounds": {"speed": [0.22, 0.85]}},
@@ -78,6 +87,12 @@ REFUSED = [
     ({"bounds": {"distance": [0.01, 0.04]}}, ["bounds", "0.04 m", "motion.min_move_duration = 0.2"]),
     ({"arm": {"wrist_pitch": 2.0}}, ["arm.wrist_pitch", "2.0", "less than or equal to 1.6"]),
     ({"controller": {"posture_stiffness": [1, 2]}}, ["controller.posture_stiffness", "missing"]),
+    ({"noise": {"swing": -0.1}}, ["noise.swing", "-0.1", "greater than or equal to 0"]),
+    ({"noise": {"torque": float("inf")}}, ["noise.torque", "finite", "inf"]),
+    ({"noise": {"encoder_counts": 0.5}}, ["noise.encoder_counts", "0.5", "integer"]),
+    ({"noise": {"encoder_counts": -1}}, ["noise.encoder_counts", "-1", "greater than or equal to 0"]),
+    ({"noise": {"wait": True}}, ["noise.wait", "True", "a number"]),
+    ({"noise": {"torques": 0.1}}, ["noise.torques", "unknown", "distance, speed"]),
     ([1, 2], ["top level", "[1, 2]", "arm, string"]),
 ]
 
@@ -92,6 +107,7 @@ def test_yaml_round_trip_keeps_every_value(tmp_path):
             "string": {"n_links": 7, "length": 0.41},
             "bounds": {"wait": [0.1, 0.3]},
             "arm": {"wrist_pitch": -0.5},
+            "noise": {"swing": 0.01, "encoder_counts": 4096},
         }
     )
     path = tmp_path / "scenario.yaml"
@@ -204,6 +220,26 @@ def test_fingerprint_keeps_with_what_a_free_cast_cannot_feel(change):
     changed = Scenario.from_dict(change)
     assert changed != Scenario()
     assert changed.fingerprint == Scenario().fingerprint
+
+
+def test_noise_is_off_by_default_and_each_of_its_values_switches_it_on():
+    assert Scenario().noise == Noise()
+    assert not Noise().is_on
+    assert Noise.typical().is_on
+    for name, value in Noise.typical():
+        assert value > 0
+        assert Noise(**{name: value}).is_on
+        with pytest.raises(ValidationError, match="greater than or equal to 0"):
+            Noise(**{name: -value})
+
+
+def test_fingerprint_of_a_scenario_without_noise_is_that_of_the_reference_dataset():
+    # Whose casts were made before scenarios knew of noise.
+    path = Path(wam_cast.__file__).parent / "reference" / "dataset"
+    stored = json.loads((path / "manifest.json").read_text(encoding="utf-8"))["fingerprint"]
+    assert Scenario.from_yaml(path / "scenario.yaml").fingerprint == stored
+    assert Scenario(noise=Noise()).fingerprint == stored
+    assert Scenario(noise=Noise(swing=0.001)).fingerprint != Scenario(noise=Noise(swing=0.002)).fingerprint
 
 
 def test_every_value_is_known_to_matter_or_not_to():

@@ -13,6 +13,7 @@ from wam_cast.version import __version__
 if TYPE_CHECKING:
     from wam_cast.cast import Cast as Cast
     from wam_cast.errors import InputError as InputError
+    from wam_cast.evaluation.experiment.run import reproduce as reproduce
     from wam_cast.learning.dataset import CastDataset as CastDataset
     from wam_cast.learning.dataset import generate_dataset as generate_dataset
     from wam_cast.learning.forward_model import ForwardModel as ForwardModel
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from wam_cast.learning.kernel_ridge import KernelRidge as KernelRidge
     from wam_cast.planning.plan import Plan as Plan
     from wam_cast.planning.plan import plan_cast as plan_cast
+    from wam_cast.scenario import Noise as Noise
     from wam_cast.scenario import Scenario as Scenario
     from wam_cast.system.controller import CastController as CastController
     from wam_cast.system.outcome import Outcome as Outcome
@@ -39,6 +41,7 @@ _HOME = {
     "ForwardModel": "learning.forward_model",
     "InputError": "errors",
     "KernelRidge": "learning.kernel_ridge",
+    "Noise": "scenario",
     "Outcome": "system.outcome",
     "Plan": "planning.plan",
     "Scenario": "scenario",
@@ -46,6 +49,7 @@ _HOME = {
     "generate_dataset": "learning.dataset",
     "plan_cast": "planning.plan",
     "reference_model": "learning.forward_model",
+    "reproduce": "evaluation.experiment.run",
     "simulate_cast": "system.simulation",
 }
 

@@ -1,7 +1,8 @@
-"""The one error that a user's own input can cause."""
+"""The one error that a user's own input can cause, and what raises it in many places."""
 
 from __future__ import annotations
 
+import operator
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
@@ -12,6 +13,17 @@ class InputError(ValueError):
 
     The command line prints it and exits with code 2; from Python it is a `ValueError`.
     """
+
+
+def checked_whole_number(name: str, value: int, least: int) -> int:
+    """Return `value` as an int; raises `InputError` if it is no whole number from `least` on."""
+    try:
+        number = operator.index(value)
+    except TypeError:
+        number = least - 1
+    if number < least:
+        raise InputError(f"{name} = {value!r} must be a whole number, {least} or more")
+    return number
 
 
 def describe_validation(error: ValidationError, model: type[BaseModel] | None = None) -> str:

@@ -179,6 +179,45 @@ class Motion(_Part):
     retreat_duration: Positive = 1.2
 
 
+class Noise(_Part):
+    """What a real cast does not repeat; all zero, and so off, by default.
+
+    The noise of a cast is drawn from a seed, see `wam_cast.system.noise`: the same seed gives the same cast.
+
+    Attributes
+    ----------
+    distance, speed, wait
+        Standard deviations of the executed from the commanded cast [m], [m/s], [s]. A distance or a speed falls at the lowest
+        to a tenth of its command, a wait to zero.
+    torque
+        Standard deviation of each joint's torque as a share of its motor's limit, anew in each control period. The sum stays
+        within what the motors give.
+    encoder_counts
+        Of each motor in a revolution; 0 measures exactly. The controller sees joint angles in whole counts, and speeds in whole
+        counts a control period.
+    swing
+        Standard deviation of the hanging string's angle in the casting plane and across it at the start [rad]. It swings
+        with rates to match, so that its phase is random.
+    """
+
+    distance: NonNegative = 0.0
+    speed: NonNegative = 0.0
+    wait: NonNegative = 0.0
+    torque: NonNegative = 0.0
+    encoder_counts: Annotated[int, Field(ge=0)] = 0
+    swing: NonNegative = 0.0
+
+    @property
+    def is_on(self) -> bool:
+        """Whether any noise acts."""
+        return any(value > 0 for _, value in self)
+
+    @classmethod
+    def typical(cls) -> Self:
+        """Return noise of about the size that is to be expected of a real arm."""
+        return cls(distance=0.003, speed=0.015, wait=0.004, torque=0.005, encoder_counts=4096, swing=0.005)
+
+
 class Simulation(_Part):
     """Numerical settings.
 
@@ -220,6 +259,7 @@ class Scenario(_Part):
     cup: Cup = Cup()
     controller: Controller = Controller()
     motion: Motion = Motion()
+    noise: Noise = Noise()
     simulation: Simulation = Simulation()
     bounds: Bounds = Bounds()
 
@@ -301,6 +341,8 @@ class Scenario(_Part):
         values["simulation"].pop("contact_accuracy")
         for name in ("lift_duration", "retreat_duration"):
             values["motion"].pop(name)
+        if not self.noise.is_on:
+            values.pop("noise")  # as if there were no such thing: casts made before there was stay valid
         values["arm_model"] = physical_urdf()
         text = json.dumps(values, sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:16]

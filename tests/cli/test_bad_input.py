@@ -8,6 +8,7 @@ SCENARIOS = {
     "negative_mass.yaml": ("ball: {mass: -0.03}", ["ball.mass", "-0.03", "greater than 0"]),
     "long_string.yaml": ("string: {length: 2.0}", ["string.length = 2 m", "allow less than", "start_height"]),
     "empty_bounds.yaml": ("bounds: {wait: [0.3, 0.1]}", ["bounds.wait = [0.3, 0.1]", "below the second"]),
+    "negative_noise.yaml": ("noise: {distance: -0.003}", ["noise.distance", "-0.003", "or equal to 0"]),
     "no_yaml.yaml": ("ball: [", ["not a YAML file"]),
     "list.yaml": ("- 1\n- 2\n", ["top level", "arm, string"]),
 }
@@ -46,6 +47,8 @@ WORDS = {
     "throw --cup 0.7 --replay a.html --picture missing/a.png": ["missing/a.png"],
     "throw --cup 0.7 --replay a.html --picture a.jpg": ["a.jpg", ".pdf, .png, .svg"],
     "throw --cup 0.7 --cup 0.8 --replay a.html": ["--replay", "give one --cup, not 2"],
+    "throw --cup 0.7 --seed -1": ["--seed", "0"],
+    "throw --cup 0.7 --seed 0.5": ["--seed", "integer"],
     "generate --casts 40": ["--out", "wam-cast generate --help"],
     "generate --casts 0 --out d": ["--casts", "1"],
     "generate --casts many --out d": ["--casts", "integer"],
@@ -135,7 +138,7 @@ def test_a_model_of_another_scenario_is_refused(cli, refused):
 @pytest.mark.parametrize("path", ["missing/a.model", ".", "d/manifest.json/a.model"])
 def test_an_unwritable_model_is_refused_before_the_fit(cli, refused, monkeypatch, path):
     assert cli("generate", "--casts", "60", "--out", "d").code == 0
-    monkeypatch.setattr("wam_cast.learning.forward_model.tune_sigma", None)  # not to be called
+    monkeypatch.setattr("wam_cast.learning.forward_model.tune_by_leave_one_out", None)  # not to be called
     assert "existing folder" in refused("fit", "d", "--out", path)
 
 

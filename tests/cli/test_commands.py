@@ -12,6 +12,7 @@ import pytest
 import wam_cast as wc
 from wam_cast.cli import models
 from wam_cast.learning.forward_model import reference_model
+from wam_cast.scenario import Noise
 from wam_cast.system.outcome import Status
 from wam_cast.system.simulation import simulate_cast
 
@@ -28,8 +29,8 @@ def names(folder):
 def missed(monkeypatch):
     """Make every throw one whose ball never comes down."""
 
-    def simulate(scenario, cast, cup):
-        outcome = simulate_cast(scenario, cast, cup)
+    def simulate(*given, **options):
+        outcome = simulate_cast(*given, **options)
         nowhere = {"landing": np.full(2, np.nan), "miss": math.nan, "entry_angle": math.nan}
         return replace(outcome, status=Status.NEVER_CROSSED, **nowhere)
 
@@ -184,9 +185,11 @@ def test_what_is_not_a_number_is_null_in_json_and_a_dash_in_a_table(cli):
 
 
 def test_limits_that_the_arm_met_are_named(cli, monkeypatch):
-    def simulate(*given):
+    def simulate(*given, **options):
         return replace(
-            simulate_cast(*given), status=Status.LIMIT_HIT, limits_hit=("joint 4 speed", "joint 2 torque")
+            simulate_cast(*given, **options),
+            status=Status.LIMIT_HIT,
+            limits_hit=("joint 4 speed", "joint 2 torque"),
         )
 
     monkeypatch.setattr(wc, "simulate_cast", simulate, raising=False)
@@ -202,6 +205,33 @@ def test_a_cup_that_differs_in_its_contact_needs_no_model_of_its_own(cli, folder
     assert lively["cast"] == plain["cast"]
     assert lively["is_caught"]
     assert not [name for name in names(folder) if name.endswith(".model")]
+
+
+@pytest.fixture
+def noisy(monkeypatch):
+    """Return a noisy scenario that `throw` takes, and spare the casts that would train its own model."""
+    scenario = wc.Scenario(noise=Noise(distance=0.003, swing=0.005))
+    monkeypatch.setattr(models, "scenario_and_model", lambda *_: (scenario, reference_model()))
+    return scenario
+
+
+def test_seed_draws_the_noise_and_the_next_cup_takes_the_next_seed(cli, noisy, monkeypatch):
+    words = ("throw", "--cup", "0.75", "--cup", "0.75", "--json")
+    records = json.loads(cli(*words, "--seed", "4").out)
+    cast = wc.Cast(**records[0]["cast"])
+    for record, seed in zip(records, (4, 5), strict=True):
+        outcome = wc.simulate_cast(noisy, cast, (0.75, 0.0), noise_seed=seed)
+        assert record["landing"] == list(outcome.landing)
+    monkeypatch.setattr("wam_cast.evaluation.replay.write_replay", lambda *_: None)
+    recorded = cli("throw", "--cup", "0.75", "--seed", "5", "--replay", "a.html", "--json")
+    assert json.loads(recorded.out)["landing"] == records[1]["landing"] != records[0]["landing"]
+    outcome = wc.simulate_cast(noisy, cast, (0.75, 0.0), noise_seed=0)
+    assert json.loads(cli("throw", "--cup", "0.75", "--json").out)["landing"] == list(outcome.landing)
+
+
+def test_without_noise_the_seed_changes_nothing(cli):
+    words = ("throw", "--cup", "0.75", "--json")
+    assert cli(*words, "--seed", "4") == cli(*words)
 
 
 @pytest.mark.slow
@@ -246,7 +276,7 @@ def test_generate_and_fit_and_plan(cli, folder):
     model = wc.ForwardModel.load("a.model")
     assert record["n_train"] == model.info.n_train == 45
     assert record["reach"] == list(model.reach)
-    assert record["sigma"] == model.info.sigma
+    assert record["sigma"] == list(model.info.sigma)
     planned = json.loads(cli("plan", "--cup", "0.6", "--model", "a.model", "--json").out)
     assert wc.Cast(**planned["cast"]) == wc.plan_cast(model, (0.6, 0)).cast
 
@@ -257,7 +287,16 @@ def test_tables_of_generate_and_fit(cli):
     assert re.fullmatch(r"60 casts in \[red\]d \(60 landed\), \d+\.\d s\n", result.out)
     result = cli("fit", "[red]d", "--out", "a.model")
     assert result.code == 0
-    for part in ("training", "45", "sigma", "test RMSE", "[mm]", "[m]", " to "):
+    for part in (
+        "training",
+        "45",
+        "sigma",
+        "lambda",
+        "leave-one-out RMSE [mm]",
+        "test RMSE [mm]",
+        "[m]",
+        " to ",
+    ):
         assert part in result.out
 
 
@@ -313,9 +352,12 @@ def test_a_model_brings_its_scenario(cli, monkeypatch):
     named = cli("plan", "--cup", "0.6", "--model", "a.model", "--scenario", "heavy.yaml", "--json")
     assert named.out == alone.out
     thrown = []
-    monkeypatch.setattr(
-        wc, "simulate_cast", lambda scenario, *_: thrown.append(scenario) or simulate_cast(scenario, *_)
-    )
+
+    def simulate(scenario, *given, **options):
+        thrown.append(scenario)
+        return simulate_cast(scenario, *given, **options)
+
+    monkeypatch.setattr(wc, "simulate_cast", simulate)
     cli("throw", "--cup", "0.6", "--model", "a.model")
     assert thrown == [wc.Scenario.from_yaml("heavy.yaml")]
 

@@ -18,9 +18,9 @@ from wam_cast.cast import PARAMETERS, Cast, is_allowed
 from wam_cast.errors import InputError
 from wam_cast.learning import dataset, storage
 from wam_cast.learning.dataset import CastDataset, generate_dataset
-from wam_cast.learning.sampling import sample_cast, sample_casts
+from wam_cast.learning.sampling import row_noise_seed, sample_cast, sample_casts
 from wam_cast.learning.workers import run_rows
-from wam_cast.scenario import Scenario
+from wam_cast.scenario import Noise, Scenario
 
 SCENARIO = Scenario()
 ROOT = Path(__file__).parents[2]
@@ -514,6 +514,30 @@ def test_a_row_is_the_outcome_of_its_cast(real):
         assert row[name] == getattr(outcome, name)
     assert row["peak_load"] == max(outcome.peak_load)
     assert row["peak_speed"] == max(outcome.peak_speed)
+
+
+def test_noise_leaves_the_drawn_casts_alone_and_does_not_depend_on_who_draws_it(real, tmp_path):
+    from wam_cast.system.simulation import simulate_cast
+
+    noisy = Scenario(noise=Noise.typical())
+    frame = generate(5, tmp_path, scenario=noisy).frame
+    quiet = real[0].frame[:5]
+    parameters = ["cast", *PARAMETERS]
+    pd.testing.assert_frame_equal(frame[parameters], quiet[parameters], check_exact=True)
+    assert not np.any(frame["landing_along"] == quiet["landing_along"])
+    backward = pd.DataFrame([dataset.simulate_row(noisy, 0, row) for row in (4, 2, 0)])
+    pd.testing.assert_frame_equal(frame.iloc[[4, 2, 0]].reset_index(drop=True), backward, check_exact=True)
+    cast = Cast.from_array(frame.loc[3, list(PARAMETERS)].to_numpy(dtype=float))
+    outcome = simulate_cast(noisy, cast, noise_seed=row_noise_seed(0, 3))
+    assert frame.loc[3, "landing_along"] == outcome.landing_along
+    assert CastDataset.load(tmp_path).scenario == noisy
+
+
+def test_each_row_of_each_seed_has_a_noise_seed_of_its_own_for_ever():
+    seeds = [row_noise_seed(seed, row) for seed in (0, 1, 2**32) for row in range(1000)]
+    assert len(set(seeds)) == 3000
+    assert min(seeds) >= 0
+    assert row_noise_seed(0, 0) == 2635072618980576772
 
 
 def test_threads_do_not_disturb_each_other(real):

@@ -4,6 +4,7 @@ import json
 import math
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -12,7 +13,10 @@ import pytest
 from wam_cast.cast import PARAMETERS, cast_bounds
 from wam_cast.errors import InputError
 from wam_cast.learning.dataset import CastDataset, simulate_row
-from wam_cast.learning.forward_model import OUTPUTS, ForwardModel, reference_directory, reference_model
+from wam_cast.learning.forward_model import ForwardModel, reference_directory, reference_model
+from wam_cast.learning.kernel_ridge import KernelRidge
+from wam_cast.learning.leave_one_out import tune_by_leave_one_out
+from wam_cast.learning.parts import OUTPUTS, Parts
 from wam_cast.learning.sampling import sample_casts
 from wam_cast.scenario import Ball, Cup, Scenario
 
@@ -79,8 +83,15 @@ def test_info_says_how_the_model_was_made(model, data):
     assert (info.seed, info.n_train, info.n_validation, info.n_test) == (0, 260, 60, 20)
     for rows, rmse in zip(data.split()[1:], (info.validation_rmse, info.test_rmse), strict=True):
         casts = data.frame.loc[rows, list(PARAMETERS)].to_numpy()
-        residual = (model.predict(casts) - closed_form(casts))[:, :2]
-        assert rmse == pytest.approx(math.sqrt(np.mean(np.sum(residual**2, axis=1))), rel=1e-4)
+        residual = (model.predict(casts) - closed_form(casts))[:, 0]
+        assert rmse == pytest.approx(math.sqrt(np.mean(residual**2)), rel=1e-4)
+    along = model._known_outputs[:, 0]
+    estimator = KernelRidge(
+        sigma=info.sigma, regularization=info.regularization, input_bounds=cast_bounds(SCENARIO)
+    )
+    residual = estimator.fit(model.known_casts, along).leave_one_out_residuals()
+    assert info.leave_one_out_rmse == pytest.approx(math.sqrt(np.mean(residual**2)), rel=1e-6)
+    assert 0 < info.leave_one_out_rmse < 1e-3
     assert model.scenario is data.scenario
     np.testing.assert_array_equal(model.known_casts, data.frame.loc[data.split()[0], list(PARAMETERS)])
 
@@ -94,18 +105,58 @@ def test_test_casts_do_not_influence_the_model(data, model):
     assert other.info.test_rmse > 1
 
 
-def test_validation_casts_choose_sigma_and_nothing_else(data, model):
+def test_validation_casts_choose_nothing_but_measure(data, model):
     _, validation, _ = data.split()
     noise = np.random.default_rng(0).normal(scale=0.05, size=len(validation))
     other = ForwardModel.fit(
         changed(data, validation, landing_along=data.frame["landing_along"][validation] + noise)
     )
-    assert other.info.sigma != model.info.sigma
-    np.testing.assert_array_equal(other.known_casts, model.known_casts)
+    np.testing.assert_array_equal(predictions(other), predictions(model))
     assert other.reach == model.reach
-    # With the same sigma, it is the same model.
-    rebuilt = ForwardModel(SCENARIO, other.known_casts, other._known_outputs, other.reach, model.info)
-    np.testing.assert_array_equal(predictions(rebuilt), predictions(model))
+    assert other.info.validation_rmse == pytest.approx(0.05, rel=0.3)
+    assert replace(other.info, validation_rmse=model.info.validation_rmse) == model.info
+
+
+def test_landings_across_the_casting_plane_steer_nothing(data, model):
+    noise = np.random.default_rng(0).normal(scale=0.05, size=len(data))
+    other = ForwardModel.fit(changed(data, data.frame.index, landing_across=noise))
+    assert other.info == model.info
+
+
+def test_a_parameter_that_matters_less_has_a_wider_sigma(model):
+    # The closed form is linear in distance and oscillates in wait.
+    distance, _, wait = model.info.sigma
+    assert distance > 2 * wait
+
+
+def test_noise_in_the_landings_gives_a_large_regularization(data, model):
+    noise = np.random.default_rng(0).normal(scale=0.02, size=len(data))
+    noisy = ForwardModel.fit(
+        changed(data, data.frame.index, landing_along=data.frame["landing_along"] + noise)
+    )
+    assert noisy.info.regularization > 1e3 * model.info.regularization
+    assert noisy.info.test_rmse == pytest.approx(0.02, rel=0.4)
+    casts = sample_casts(SCENARIO, 200, seed=7)
+    error = noisy.predict(casts)[:, 0] - closed_form(casts)[:, 0]
+    assert np.sqrt(np.mean(error**2)) < 0.01  # below the noise that it learned from
+
+
+def test_a_tuned_result_makes_the_model_without_opening_the_test_casts(data, model, monkeypatch):
+    train, *_ = data.split()
+    tuned = tune_by_leave_one_out(
+        data.frame.loc[train, list(PARAMETERS)],
+        data.frame.loc[train, "landing_along"],
+        sigma0=[0.5] * 3,
+        input_bounds=cast_bounds(SCENARIO),
+    )
+    monkeypatch.setattr(Parts, "open_test", None)  # not to be called
+    other = ForwardModel.from_hyperparameters(data, tuned.sigma, tuned.regularization)
+    np.testing.assert_array_equal(predictions(other), predictions(model))
+    assert math.isnan(other.info.test_rmse)
+    assert replace(other.info, test_rmse=model.info.test_rmse) == model.info
+    one = ForwardModel.from_hyperparameters(data, 0.7, tuned.regularization)
+    assert one.info.sigma == (0.7, 0.7, 0.7)
+    assert one.info.leave_one_out_rmse > model.info.leave_one_out_rmse
 
 
 def test_casts_that_never_came_down_are_left_out(data):
@@ -250,9 +301,10 @@ NOT_A_MODEL = {
     "other npz": write_other_npz,
     "array": write_array,
     "pickle": write_pickle,
-    "another format": lambda path: tampered(path, format="wam_cast forward model 0"),
+    "another format": lambda path: tampered(path, format="wam_cast forward model 1"),
     "no reach": lambda path: tampered(path, reach=None),
     "a reach of words": lambda path: tampered(path, reach=["near", "far"]),
+    "one sigma": lambda path: tampered(path, info={"seed": 0, "sigma": 0.5}),
     "no info": lambda path: tampered(path, info={"seed": 0}),
 }
 
@@ -330,10 +382,12 @@ def test_reference_model_is_of_the_reference_scenario_and_good_enough(reference_
 
 def test_reference_model_is_the_fit_to_the_shipped_dataset(reference_data):
     fitted, shipped = ForwardModel.fit(reference_data), reference_model()
+    # The search ends a little elsewhere on other machines, where the error is as small.
     for name, value in vars(fitted.info).items():
-        assert getattr(shipped.info, name) == pytest.approx(value, rel=1e-6), name
+        tolerance = 0.02 if name in ("sigma", "regularization") else 1e-3
+        assert getattr(shipped.info, name) == pytest.approx(value, rel=tolerance), name
     assert shipped.reach == pytest.approx(fitted.reach, rel=1e-12)
-    np.testing.assert_allclose(predictions(shipped), predictions(fitted), rtol=0, atol=1e-6)
+    np.testing.assert_allclose(predictions(shipped), predictions(fitted), rtol=0, atol=2e-5)
 
 
 @pytest.mark.parametrize("row", [0, 1, 2, 1699])

@@ -6,6 +6,8 @@ from scipy.spatial.distance import cdist
 from sklearn import kernel_ridge as sklearn_kernel_ridge
 from sklearn.base import clone
 from sklearn.exceptions import NotFittedError
+from sklearn.gaussian_process import GaussianProcessRegressor
+from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
 from sklearn.utils.estimator_checks import parametrize_with_checks
 
 from wam_cast.learning.kernel_ridge import KernelRidge
@@ -137,6 +139,50 @@ def test_leave_one_out_residuals_keep_the_parameters_of_the_fit(X):
     np.testing.assert_array_equal(model.leave_one_out_residuals(), before)
 
 
+@pytest.mark.parametrize("n_outputs", [None, 2])
+@pytest.mark.parametrize("lam", [1e-6, 1e-2])
+def test_std_is_that_of_a_gaussian_process_of_scikit_learn(X, X_query, n_outputs, lam):
+    y = smooth_targets(X, n_outputs)
+    model = KernelRidge(sigma=ARD, regularization=lam, input_bounds=(LOWER, UPPER)).fit(X, y)
+    std = model.predict_std(X_query)
+    assert std.shape == model.predict(X_query).shape
+
+    Z, Z_query = ((A - LOWER) / (UPPER - LOWER) for A in (X, X_query))
+    kernel = RBF(np.array(ARD) / np.sqrt(2)) + WhiteKernel(lam)
+    inverse = np.linalg.inv(kernel(Z))
+    for output, residuals in enumerate(model.leave_one_out_residuals().reshape(len(X), -1).T):
+        variance = np.mean(residuals**2 * np.diag(inverse))
+        scaled = ConstantKernel(variance) * RBF(np.array(ARD) / np.sqrt(2)) + WhiteKernel(variance * lam)
+        process = GaussianProcessRegressor(scaled, alpha=0.0, optimizer=None)
+        target = y.reshape(len(X), -1)[:, output] - np.mean(y, axis=0).ravel()[output]
+        mean, expected = process.fit(Z, target).predict(Z_query, return_std=True)
+        np.testing.assert_allclose(std.reshape(9, -1)[:, output], expected, rtol=1e-6)
+        np.testing.assert_allclose(
+            model.predict(X_query).reshape(9, -1)[:, output] - np.mean(y, axis=0).ravel()[output],
+            mean,
+            atol=1e-6,
+        )
+
+
+def test_std_is_as_large_as_the_errors():
+    # Of a process with this very kernel; 400 residuals determine the scale to about 4 %.
+    rng = np.random.default_rng(0)
+    Z = rng.uniform(size=(800, 3))
+    K = np.exp(-cdist(Z, Z, "sqeuclidean") / 0.5**2) + 1e-10 * np.eye(800)
+    y = 30.0 * (np.linalg.cholesky(K) @ rng.normal(size=800) + 0.1 * rng.normal(size=800))
+    model = KernelRidge(sigma=0.5, regularization=0.01, input_bounds=(0, 1)).fit(Z[:400], y[:400])
+    standardized = (model.predict(Z[400:]) - y[400:]) / model.predict_std(Z[400:])
+    assert np.sqrt(np.mean(standardized**2)) == pytest.approx(1.0, abs=0.1)
+
+
+def test_std_grows_from_the_noise_to_the_spread_away_from_the_training_rows(X):
+    lam = 1e-4
+    model = KernelRidge(sigma=0.5, regularization=lam, input_bounds=(LOWER, UPPER)).fit(X, smooth_targets(X))
+    at_row, nowhere = model.predict_std(np.vstack([X[:1], UPPER + 100 * (UPPER - LOWER)]))
+    scale = nowhere / np.sqrt(1 + lam)
+    assert np.sqrt(lam) * scale < at_row < np.sqrt(2 * lam) * scale
+
+
 def test_interpolates_without_regularization(X):
     y = smooth_targets(X, 2)
     model = KernelRidge(sigma=0.2, regularization=0.0).fit(X, y)
@@ -240,6 +286,8 @@ def test_one_training_row_is_predicted_everywhere():
     np.testing.assert_array_equal(model.predict([[1.0, 2.0], [50.0, -7.0]]), 3.0)
     with pytest.raises(ValueError, match=r"n_samples=1 .* at least 2"):
         model.leave_one_out_residuals()
+    with pytest.raises(ValueError, match=r"n_samples=1 .* at least 2"):
+        model.predict_std([[1.0, 2.0]])
 
 
 def test_same_data_gives_bitwise_the_same_model(X, X_query):
@@ -270,7 +318,7 @@ def test_model_does_not_share_memory_with_its_data(X, X_query):
     assert not np.shares_memory(model.input_offset_, LOWER)
 
 
-@pytest.mark.parametrize("method", ["predict", "predict_gradient", "predict_with_gradient"])
+@pytest.mark.parametrize("method", ["predict", "predict_gradient", "predict_with_gradient", "predict_std"])
 def test_methods_need_a_fit(method, X_query):
     with pytest.raises(NotFittedError, match="KernelRidge"):
         getattr(KernelRidge(), method)(X_query)

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import wam_cast as wc
-from wam_cast.cli import models, output
+from wam_cast.cli import experiment, models, output
 from wam_cast.cli.output import err, out, print_json, progress
 from wam_cast.errors import InputError
 from wam_cast.files import check_writable
@@ -85,6 +85,14 @@ def throw(
     picture: Annotated[
         Path | None, typer.Option(metavar="FILE.png", help="Write a film strip (also .pdf, .svg).")
     ] = None,
+    seed: Annotated[
+        int,
+        typer.Option(
+            min=0,
+            metavar="S",
+            help="Draws the scenario's noise, for the next cups with S+1, S+2 and so on. No effect without noise.",
+        ),
+    ] = 0,
     as_json: JsonOption = False,
 ) -> None:
     """Plan a cast for each cup, execute it in simulation, and report what became of the ball."""
@@ -93,12 +101,12 @@ def throw(
     setting, forward = models.scenario_and_model(scenario, model, train)
     plans, outcomes = _plans(forward, cups, planner), []
     with progress("casting", len(plans)) as advance:
-        for done, one in enumerate(plans, 1):
+        for done, one in enumerate(plans):
             if replay or picture:
-                outcomes.append(_record(setting, one, replay, picture))
+                outcomes.append(_record(setting, one, seed + done, replay, picture))
             else:
-                outcomes.append(wc.simulate_cast(setting, one.cast, one.cup))
-            advance(done)
+                outcomes.append(wc.simulate_cast(setting, one.cast, one.cup, noise_seed=seed + done))
+            advance(done + 1)
     if as_json:
         print_json([output.throw_record(*pair) for pair in zip(plans, outcomes, strict=True)])
     else:
@@ -184,6 +192,22 @@ def fit(
         print_json([{"model": str(file), "reach": model.reach, **asdict(model.info)}])
     else:
         output.print_fit(model)
+
+
+@app.command()
+def reproduce(
+    directory: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where the report goes.")],
+    seed: Annotated[int, typer.Option(min=0, help="Draws all that is random.")] = 0,
+    quick: Annotated[bool, typer.Option("--quick", help="With a tenth of the data.")] = False,
+    scenario: ScenarioOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Run the paper's experiment and write its report; an interrupted run goes on when it is started again."""
+    findings = experiment.run_experiment(scenario, directory, seed, quick)
+    if as_json:
+        print_json([{"directory": str(directory), **findings.summary()}])
+    else:
+        output.print_findings(findings, directory)
 
 
 @app.command()
@@ -273,12 +297,14 @@ def _check_outputs(n_cups: int, replay: Path | None, picture: Path | None) -> No
         picture_format(picture)
 
 
-def _record(scenario: wc.Scenario, plan: Plan, replay: Path | None, picture: Path | None) -> Outcome:
+def _record(
+    scenario: wc.Scenario, plan: Plan, noise_seed: int, replay: Path | None, picture: Path | None
+) -> Outcome:
     """Execute a plan to the end of the return and write what was asked for."""
     from wam_cast.evaluation.filmstrip import write_picture
     from wam_cast.evaluation.replay import write_replay
 
-    recording = wc.CastSimulator(scenario).record(plan.cast, plan.cup)
+    recording = wc.CastSimulator(scenario).record(plan.cast, plan.cup, noise_seed=noise_seed)
     if replay is not None:
         write_replay(recording, replay, plan.predicted_landing)
         err.print(f"replay: {replay}")

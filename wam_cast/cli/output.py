@@ -16,12 +16,17 @@ from rich.progress import (
     MofNCompleteColumn,
     Progress,
     SpinnerColumn,
+    TaskID,
     TextColumn,
+    TimeElapsedColumn,
     TimeRemainingColumn,
 )
 from rich.table import Table
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
+    from wam_cast.evaluation.experiment.findings import Findings
     from wam_cast.learning.forward_model import ForwardModel
     from wam_cast.planning.plan import Plan
     from wam_cast.system.outcome import Outcome
@@ -42,6 +47,27 @@ def progress(what: str, total: int | None = None) -> Iterator[Callable[[int], No
     with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as bar:
         task = bar.add_task(what, total=total)
         yield lambda done: bar.update(task, completed=done)
+
+
+@contextmanager
+def phase_progress() -> Iterator[Callable[[str, int, int], None]]:
+    """Show a bar for each phase, with its time left; give the function that takes title, how much is done, and how much there is.
+
+    If standard error is no terminal, a line tells that a phase begins.
+    """
+    columns = [TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()]
+    columns += [TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn()]
+    with Progress(*columns, console=err, disable=not err.is_terminal) as bar:
+        tasks: dict[str, TaskID] = {}
+
+        def report(title: str, done: int, total: int) -> None:
+            if title not in tasks:
+                tasks[title] = bar.add_task(title, total=total)
+                if not err.is_terminal:
+                    err.print(title)
+            bar.update(tasks[title], completed=done, total=total)
+
+        yield report
 
 
 def plan_record(plan: Plan) -> Record:
@@ -135,19 +161,42 @@ def print_plans(plans: Sequence[Plan]) -> None:
 
 
 def print_fit(model: ForwardModel) -> None:
-    """Print how a model was fitted, and how well."""
+    """Print how a model was fitted, and how well it predicts the landing along the casting plane."""
     info = model.info
     nearest, farthest = model.reach
-    headings = ("training\ncasts", "sigma", "validation RMSE\n[mm]", "test RMSE\n[mm]", "reach\n[m]")
-    table = _table(*headings)
-    table.add_row(
-        str(info.n_train),
-        f"{info.sigma:.3f}",
-        f"{1e3 * info.validation_rmse:.2f}",
-        f"{1e3 * info.test_rmse:.2f}",
-        f"{nearest:.3f} to {farthest:.3f}",
-    )
+    table = Table(show_header=False)
+    for name, value in (
+        ("training casts", str(info.n_train)),
+        ("sigma of distance, speed, wait", ", ".join(f"{sigma:.3f}" for sigma in info.sigma)),
+        ("lambda", f"{info.regularization:.1e}"),
+        ("leave-one-out RMSE [mm]", f"{1e3 * info.leave_one_out_rmse:.2f}"),
+        ("validation RMSE [mm]", f"{1e3 * info.validation_rmse:.2f}"),
+        ("test RMSE [mm]", f"{1e3 * info.test_rmse:.2f}"),
+        ("reach [m]", f"{nearest:.3f} to {farthest:.3f}"),
+    ):
+        table.add_row(name, value)
     out.print(table)
+
+
+def print_findings(findings: Findings, directory: Path) -> None:
+    """Print the experiment's main numbers beside the paper's, and where the report is."""
+    results = findings.summary()
+    rmse, miss = results["test_rmse_m"], results["executed_miss_m"]
+    low, high = results["hit_interval"]
+    table = _table("", "paper", "here")
+    casts = ", ".join(str(results[name]) for name in ("n_train", "n_validation", "n_test"))
+    table.add_row("training, validation, test casts", "1300, 300, 100", casts)
+    table.add_row("test RMSE, one sigma [cm]", "2.24", f"{100 * rmse['isotropic']:.2f}")
+    table.add_row("test RMSE, three sigmas [cm]", "-", f"{100 * rmse['ard']:.2f}")
+    table.add_row("test RMSE, polynomial 12 [cm]", "21.7", f"{100 * rmse['polynomial_12']:.2f}")
+    table.add_row("mean predicted miss [mm]", "8.5", f"{1e3 * results['predicted_miss_m']['mean']:.1f}")
+    table.add_row(
+        "mean executed miss [mm]", "-", "-" if miss["mean"] is None else f"{1e3 * miss['mean']:.1f}"
+    )
+    caught = round(results["hit_rate"] * results["n_cups"])
+    table.add_row("hit rate", "90 %", f"{caught} of {results['n_cups']} ({low:.0%} to {high:.0%})")
+    out.print(table)
+    out.print(f"report: {directory / 'report.html'}")
 
 
 def _table(*headings: str) -> Table:

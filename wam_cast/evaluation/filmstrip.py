@@ -5,20 +5,19 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
-from pydrake.geometry import LightParameter, MakeRenderEngineVtk, RenderEngineVtkParams
 
 from wam_cast.evaluation.camera import Camera, view_rotation
 from wam_cast.evaluation.output import picture_format, write_figure
 from wam_cast.evaluation.recorded import describe, finite_part, points_to_show, stage_pieces
-from wam_cast.evaluation.scene import CastScene
+from wam_cast.evaluation.scene import CastScene, make_renderer
 from wam_cast.evaluation.side_view import draw_side_view
-from wam_cast.evaluation.style import INK, PAPER, STAGE_COLORS, stage_name
+from wam_cast.evaluation.style import INK, STAGE_COLORS, stage_name
 from wam_cast.system.motion import Stage
 from wam_cast.system.simulation import CastRecording
 
@@ -89,33 +88,12 @@ def render_frames(
     """
     bearing = recording.cast.bearing
     camera = Camera.framing(points_to_show(recording), view_rotation(bearing, TURN, ELEVATION), size)
-    scene = CastScene(recording, renderers={"vtk": MakeRenderEngineVtk(_studio(bearing))})
+    scene = CastScene(recording.scenario, recording.cup, renderers={"vtk": make_renderer(bearing)})
     frames = []
     for sample in samples:
         scene.set_state(recording.times[sample], recording.states[sample])
         frames.append(Frame(sample, camera, scene.render(camera.to_drake("vtk"))))
     return frames
-
-
-def _studio(bearing: float) -> Any:
-    """Return the render engine's settings: one light that casts shadows, two that soften them, all turned with the cast."""
-    c, s = math.cos(bearing), math.sin(bearing)
-    R_WPlane = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
-    key = LightParameter(
-        type="spot",
-        frame="world",
-        position=R_WPlane @ [-0.3, -1.2, 3.6],
-        direction=R_WPlane @ [0.65, 1.2, -3.6],
-        cone_angle=35.0,
-        intensity=0.6,
-    )
-    fills = [
-        LightParameter(type="point", frame="world", position=R_WPlane @ p, intensity=intensity)
-        for p, intensity in (([-2.5, -3.0, 1.2], 0.55), ([2.0, -1.5, 2.6], 0.5))
-    ]
-    return RenderEngineVtkParams(
-        default_clear_color=PAPER, lights=[key, *fills], cast_shadows=True, shadow_map_size=1024
-    )
 
 
 def draw_frame(axes: Axes, frame: Frame, recording: CastRecording, number: int) -> None:

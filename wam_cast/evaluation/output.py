@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from wam_cast.errors import InputError
+from wam_cast.evaluation.style import storing_style
 from wam_cast.files import write_file
 
 if TYPE_CHECKING:
@@ -32,8 +33,14 @@ def picture_format(path: str | Path, allowed: tuple[str, ...] = PICTURE_FORMATS)
     return suffix[1:].lower()
 
 
-def write_figure(figure: Figure, path: str | Path) -> None:
+NO_DATE = {"pdf": {"CreationDate": None}, "svg": {"Date": None}, "png": {}}
+"""Metadata that leave out when a file was written, so that the same figure is the same file."""
+
+
+def write_figure(figure: Figure, path: str | Path, *, dpi: float = 120) -> None:
     """Write `figure` to `path` as PDF, PNG or SVG by its suffix; what was there before is replaced.
+
+    `dpi` is the resolution of a PNG, and of pictures within the others, in pixels an inch.
 
     Raises
     ------
@@ -41,5 +48,7 @@ def write_figure(figure: Figure, path: str | Path) -> None:
         If the suffix is another one, or the file cannot be written; then nothing has changed.
     """
     content = io.BytesIO()
-    figure.savefig(content, format=picture_format(path), dpi=120)
+    file_format = picture_format(path)
+    with storing_style():
+        figure.savefig(content, format=file_format, dpi=dpi, metadata=NO_DATE[file_format])
     write_file(path, content.getvalue())

@@ -148,7 +148,7 @@ def _place_camera(meshcat: Any, recording: CastRecording) -> None:
 
 def _record_bodies(meshcat: Any, recording: CastRecording) -> Any:
     """Show the scene at its start and return an animation of its bodies."""
-    scene = CastScene(recording, meshcat=meshcat, frame_rate=FRAME_RATE)
+    scene = CastScene(recording.scenario, recording.cup, meshcat=meshcat, frame_rate=FRAME_RATE)
     scene.set_state(0.0, recording.states[0])
     scene.publish()
     animation = scene.visualizer.StartRecording(False)

@@ -1,19 +1,28 @@
-"""CastScene: what a recorded cast looks like at one of its samples, for whatever wants to draw it."""
+"""CastScene: what a scenario looks like in one of its states, for whatever wants to draw it, and the light it is rendered in."""
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.geometry import Cylinder, MeshcatVisualizer, MeshcatVisualizerParams
+from pydrake.geometry import (
+    Cylinder,
+    LightParameter,
+    MakeRenderEngineVtk,
+    MeshcatVisualizer,
+    MeshcatVisualizerParams,
+    RenderEngineVtkParams,
+)
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
 from wam_cast.evaluation.recorded import CEILING_RADIUS, CEILING_THICKNESS
+from wam_cast.evaluation.style import PAPER
+from wam_cast.scenario import Scenario
 from wam_cast.system.plant import fill_plant
-from wam_cast.system.simulation import CastRecording
 
 Array = NDArray[np.float64]
 
@@ -23,13 +32,37 @@ OUT_OF_SIGHT = (0.0, 0.0, -1.0)
 """Where a cup stands that the cast did not have: below the floor."""
 
 
+def make_renderer(bearing: float) -> Any:
+    """Return an off-screen render engine: one light that casts shadows, two that soften them, all turned to `bearing` [rad]."""
+    c, s = math.cos(bearing), math.sin(bearing)
+    R_WPlane = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    key = LightParameter(
+        type="spot",
+        frame="world",
+        position=R_WPlane @ [-0.3, -1.2, 3.6],
+        direction=R_WPlane @ [0.65, 1.2, -3.6],
+        cone_angle=35.0,
+        intensity=0.6,
+    )
+    fills = [
+        LightParameter(type="point", frame="world", position=R_WPlane @ p, intensity=intensity)
+        for p, intensity in (([-2.5, -3.0, 1.2], 0.55), ([2.0, -1.5, 2.6], 0.5))
+    ]
+    settings = RenderEngineVtkParams(
+        default_clear_color=PAPER, lights=[key, *fills], cast_shadows=True, shadow_map_size=1024
+    )
+    return MakeRenderEngineVtk(settings)
+
+
 class CastScene:
-    """The bodies of a recorded cast and their geometry, without controller or physics.
+    """The bodies of a scenario and their geometry, without controller or physics.
 
     Parameters
     ----------
-    recording
-        Whose scenario and cup are shown.
+    scenario
+        What is shown.
+    cup
+        World (x, y) of the cup's axis [m]; none hides the cup.
     meshcat
         A Meshcat to show it in, `frame_rate` frames a second [1/s], or none.
     renderers
@@ -38,7 +71,8 @@ class CastScene:
 
     def __init__(
         self,
-        recording: CastRecording,
+        scenario: Scenario,
+        cup: tuple[float, float] | None,
         *,
         meshcat: Any = None,
         frame_rate: float = 32.0,
@@ -50,8 +84,8 @@ class CastScene:
         self.plant, self.scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=0.0)
         for name, renderer in (renderers or {}).items():
             self.scene_graph.AddRenderer(name, renderer)
-        self._add_ceiling(recording.scenario.arm.mount_height)
-        fill_plant(self.plant, recording.scenario)
+        self._add_ceiling(scenario.arm.mount_height)
+        fill_plant(self.plant, scenario)
         self.visualizer: Any = None
         if meshcat is not None:
             parameters = MeshcatVisualizerParams(publish_period=1 / frame_rate)
@@ -59,7 +93,7 @@ class CastScene:
         self.diagram: Any = builder.Build()
         self.context: Any = self.diagram.CreateDefaultContext()
         self._plant_context = self.plant.GetMyMutableContextFromRoot(self.context)
-        self._stand_cup(recording)
+        self._stand_cup(cup, scenario.cup.rim_height)
 
     def _add_ceiling(self, height: float) -> None:
         """Hang the arm from something that can be seen."""
@@ -69,16 +103,20 @@ class CastScene:
             self.plant.world_body(), X_WCeiling, patch, "ceiling", CEILING_COLOR
         )
 
-    def _stand_cup(self, recording: CastRecording) -> None:
-        rim_height = recording.scenario.cup.rim_height
-        p_WC = OUT_OF_SIGHT if recording.cup is None else (*recording.cup, rim_height)
+    def _stand_cup(self, cup: tuple[float, float] | None, rim_height: float) -> None:
+        p_WC = OUT_OF_SIGHT if cup is None else (*cup, rim_height)
         mount = self.plant.GetFrameByName("cup_mount")
         mount.SetPoseInParentFrame(self._plant_context, RigidTransform(p_WC))
 
     def set_state(self, time: float, state: Array) -> None:
-        """Put the scene's context at `time` [s] and at one row of `CastRecording.states`, shape (n_x,)."""
+        """Put the scene at `time` [s], with its plant in `state`, shape (n_x,), such as a row of `CastRecording.states`."""
         self.context.SetTime(time)
         self.plant.SetPositionsAndVelocities(self._plant_context, state)
+
+    def position(self, body: str) -> Array:
+        """Return where the origin of `body` is in the world [m], shape (3,)."""
+        pose = self.plant.GetBodyByName(body).EvalPoseInWorld(self._plant_context)
+        return np.asarray(pose.translation())
 
     def publish(self) -> None:
         """Show the scene as it is, in the Meshcat that it was made with."""

@@ -1,6 +1,11 @@
-"""One look for all pictures of casts: a colour for each stage, dark to light so that it reads in grey, and the plain names."""
+"""One look for all pictures: the style sheet, a colour for each stage, dark to light to read in grey, and the plain names."""
 
 from __future__ import annotations
+
+from contextlib import AbstractContextManager
+from pathlib import Path
+
+from matplotlib import rc_context, rc_params_from_file
 
 from wam_cast.system.motion import Stage
 from wam_cast.system.outcome import Status
@@ -21,6 +26,20 @@ INK: Color = (0.15, 0.16, 0.18)
 
 PAPER: Color = (0.94, 0.955, 0.97)
 """Of the background behind a rendered scene."""
+
+STYLE_SHEET = Path(__file__).parent / "wam_cast.mplstyle"
+"""Of figures that are printed 16 cm wide, and of how all pictures are stored."""
+
+
+def figure_style() -> AbstractContextManager[None]:
+    """Return a context in which figures are made in the style of `STYLE_SHEET`, whatever the user's settings are."""
+    return rc_context(fname=STYLE_SHEET)
+
+
+def storing_style() -> AbstractContextManager[None]:
+    """Return a context in which figures of any style are stored as `STYLE_SHEET` says: with their fonts, text as text."""
+    sheet = rc_params_from_file(STYLE_SHEET, use_default_template=False)
+    return rc_context({name: value for name, value in sheet.items() if name.startswith(("pdf.", "svg."))})
 
 
 def stage_name(stage: Stage) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import operator
 from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import Executor
 from contextlib import closing
@@ -19,10 +18,10 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from wam_cast.cast import Cast
-from wam_cast.errors import InputError
-from wam_cast.learning.sampling import sample_cast
+from wam_cast.errors import InputError, checked_whole_number
+from wam_cast.learning.sampling import row_noise_seed, sample_cast
 from wam_cast.learning.storage import SCHEMA, DatasetDirectory, part_rows
-from wam_cast.learning.workers import run_rows
+from wam_cast.learning.workers import Workers, run_rows
 from wam_cast.scenario import Scenario
 from wam_cast.system.outcome import Status
 
@@ -44,12 +43,12 @@ class CastDataset:
     scenario
         Under which they were simulated, without a cup.
     seed
-        Row i of a seed is the same cast for ever.
+        Row i of a seed is the same cast for ever, and has the same noise.
     frame
         A row a cast, in order:
 
         - `cast`: the row's number
-        - `distance` [m], `speed` [m/s], `wait` [s]: the cast; its bearing is 0
+        - `distance` [m], `speed` [m/s], `wait` [s]: the cast as commanded, whatever noise the scenario has; its bearing is 0
         - `landing_along`, `landing_across` [m]: where the ball crossed the rim plane
         - `status`: a value of `Status`, such as "landed"
         - `crossing_time` [s], `entry_speed` [m/s], `entry_angle` [rad], `is_slack`: how it crossed
@@ -129,7 +128,7 @@ def generate_dataset(
     n_casts: int = 1700,
     seed: int = 0,
     *,
-    executor: Executor | None = None,
+    executor: Executor | Workers | None = None,
     n_workers: int | None = None,
     directory: str | Path | None = None,
     on_progress: Callable[[int, int], None] | None = None,
@@ -145,8 +144,8 @@ def generate_dataset(
         What is cast, how often, and which casts are drawn.
     executor
         Runs the simulations: a Dask cluster's `Client.get_executor()`, `MPIPoolExecutor`, or any other. Threads gain nothing:
-        they take turns. By default processes on this machine; then a cast that brings down its process becomes a row of
-        status "diverged".
+        they take turns. By default processes on this machine, or `Workers` that are kept for more; then a cast that brings
+        down its process becomes a row of status "diverged".
     n_workers
         Number of these processes, by default one for each processor.
     directory
@@ -162,7 +161,7 @@ def generate_dataset(
     KeyboardInterrupt
         As ever; finished parts stay.
     """
-    n_casts, seed = _whole_number("n_casts", n_casts, 1), _whole_number("seed", seed, 0)
+    n_casts, seed = checked_whole_number("n_casts", n_casts, 1), checked_whole_number("seed", seed, 0)
     _check_workers(executor, n_workers)
     parts = part_rows(n_casts)
     tables: list[pa.Table | None] = [None] * len(parts)
@@ -187,7 +186,7 @@ def simulate_row(scenario: Scenario, seed: int, row: int) -> Row:
     from wam_cast.system.simulation import simulate_cast
 
     cast = sample_cast(scenario, seed, row)
-    outcome = simulate_cast(scenario, cast)
+    outcome = simulate_cast(scenario, cast, noise_seed=row_noise_seed(seed, row))
     return _cast_columns(row, cast) | {
         "landing_along": outcome.landing_along,
         "landing_across": outcome.landing_across,
@@ -214,7 +213,7 @@ def _cast_columns(row: int, cast: Cast) -> Row:
 
 
 def _simulate_rows(
-    scenario: Scenario, seed: int, rows: list[int], executor: Executor | None, n_workers: int | None
+    scenario: Scenario, seed: int, rows: list[int], executor: Executor | Workers | None, n_workers: int | None
 ) -> Generator[Row]:
     with closing(run_rows(partial(simulate_row, scenario, seed), rows, executor, n_workers)) as results:
         for row, result in zip(rows, results, strict=True):
@@ -236,20 +235,10 @@ def _to_frame(tables: Iterable[pa.Table]) -> pd.DataFrame:
     return frame
 
 
-def _whole_number(name: str, value: int, least: int) -> int:
-    try:
-        number = operator.index(value)
-    except TypeError:
-        number = least - 1
-    if number < least:
-        raise InputError(f"{name} = {value!r} must be a whole number, {least} or more")
-    return number
-
-
-def _check_workers(executor: Executor | None, n_workers: int | None) -> None:
+def _check_workers(executor: Executor | Workers | None, n_workers: int | None) -> None:
     if n_workers is None:
         return
-    _whole_number("n_workers", n_workers, 1)
+    checked_whole_number("n_workers", n_workers, 1)
     if executor is not None:
         raise InputError(
             f"n_workers = {n_workers}: an executor brings its own workers; leave one of the two out"

@@ -30,6 +30,12 @@ def sample_cast(scenario: Scenario, seed: int, row: int) -> Cast:
             return Cast.from_array(parameters)
 
 
+def row_noise_seed(seed: int, row: int) -> int:
+    """Return the noise seed of one row; it has no part in the draw of the row's cast."""
+    (child,) = np.random.SeedSequence(seed, spawn_key=(row,)).spawn(1)
+    return int(child.generate_state(1, np.uint64)[0])
+
+
 def sample_casts(scenario: Scenario, n_casts: int, seed: int) -> NDArray[np.float64]:
     """Return the first `n_casts` rows `[distance, speed, wait]` of a seed, shape (n_casts, 3) [m, m/s, s]."""
     casts = [sample_cast(scenario, seed, row).to_array() for row in range(n_casts)]

@@ -21,6 +21,7 @@ from wam_cast.learning.kernel_ridge import (
     factorize,
     gaussian_kernel,
     input_scale,
+    kernel_slope,
 )
 
 FloatArray = NDArray[np.float64]
@@ -35,8 +36,8 @@ MAX_HALVINGS = 20
 """A step a millionth of the first guess that still lowers nothing is lost in rounding."""
 
 
-class ValidationLoss(NamedTuple):
-    """Error of kernel ridge regression on validation data, and its gradient.
+class SquaredError(NamedTuple):
+    """Error of kernel ridge regression on data that it was not fitted to, and its gradient.
 
     The error of a row with several outputs is the length of its residual, as for a point on a plane.
     """
@@ -56,7 +57,9 @@ class ValidationLoss(NamedTuple):
 
 @dataclass(frozen=True)
 class TuningResult:
-    """The outcome of `tune_sigma`: the best parameters, and the path that led to them.
+    """The best parameters, and the path that led to them.
+
+    The error is that on the validation data from `tune_sigma`, and that of leave-one-out from `tune_by_leave_one_out`.
 
     Attributes
     ----------
@@ -65,14 +68,14 @@ class TuningResult:
     regularization : float
         The best λ, or the one given.
     rmse : float
-        Root mean squared error on the validation data, in units of the targets.
+        Root mean squared error, in units of the targets.
     sigma_path : ndarray of shape (n_steps + 1,) or (n_steps + 1, n_features)
         σ at the start and after each step.
     regularization_path, rmse_path : ndarray of shape (n_steps + 1,)
         λ and the error at the same points; the error never rises.
     is_converged : bool
-        Whether the descent ended where the gradient vanishes, not by `max_steps` or at a point from which no
-        step lowers the error, such as the verge of a singular kernel matrix.
+        Whether the descent ended where the gradient vanishes (or points out of the bounds), not by `max_steps` or at a
+        point from which no step lowers the error, such as the verge of a singular kernel matrix.
     """
 
     sigma: float | FloatArray
@@ -94,7 +97,7 @@ def validation_error_gradient(
     regularization: float,
     input_bounds: tuple[ArrayLike, ArrayLike] | None = None,
     center_targets: bool = True,
-) -> ValidationLoss:
+) -> SquaredError:
     """Evaluate the validation error of `KernelRidge` and its gradient by log σ and log λ.
 
     Parameters
@@ -108,7 +111,7 @@ def validation_error_gradient(
 
     Returns
     -------
-    ValidationLoss
+    SquaredError
         The mean squared error and its derivatives.
 
     Raises
@@ -226,8 +229,8 @@ class _TuningData:
         input_bounds: tuple[ArrayLike, ArrayLike] | None,
         center_targets: bool,
     ) -> None:
-        X_train, y_train = _checked_data(X_train, y_train)
-        X_validation, y_validation = _checked_data(X_validation, y_validation)
+        X_train, y_train = checked_data(X_train, y_train)
+        X_validation, y_validation = checked_data(X_validation, y_validation)
         shapes = [(X.shape[1], y.shape[1:]) for X, y in ((X_train, y_train), (X_validation, y_validation))]
         if shapes[0] != shapes[1]:
             raise ValueError(
@@ -243,7 +246,7 @@ class _TuningData:
         self._y_train = (y_train - target_mean).reshape(len(X_train), -1)
         self._y_validation = (y_validation - target_mean).reshape(len(X_validation), -1)
 
-    def loss(self, sigma: FloatArray, regularization: float) -> ValidationLoss:
+    def loss(self, sigma: FloatArray, regularization: float) -> SquaredError:
         """Evaluate the error and its gradient with one factorization, by the adjoint method.
 
         With `A = K + λ I`, `α = A^-1 y` and the residuals `r = K_v α - y_v`, the squared error `r^T r` has
@@ -259,29 +262,20 @@ class _TuningData:
         adjoint = cho_solve(factor, K_validation.T @ residuals)
 
         n_rows = len(residuals)
-        by_input = _kernel_slope(residuals @ dual_coef.T * K_validation, Z_validation, Z_train)
-        by_input -= _kernel_slope(adjoint @ dual_coef.T * K_train, Z_train, Z_train)
+        by_input = kernel_slope(residuals @ dual_coef.T * K_validation, Z_validation, Z_train)
+        by_input -= kernel_slope(adjoint @ dual_coef.T * K_train, Z_train, Z_train)
         by_input *= 2.0 / n_rows
-        return ValidationLoss(
+        return SquaredError(
             mean_squared=float(np.sum(residuals**2) / n_rows),
             d_log_sigma=by_input if sigma.ndim else np.asarray(by_input.sum()),
             d_log_regularization=float(-2.0 / n_rows * regularization * np.sum(adjoint * dual_coef)),
         )
 
 
-def _checked_data(X: ArrayLike, y: ArrayLike) -> tuple[FloatArray, FloatArray]:
+def checked_data(X: ArrayLike, y: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Return inputs and targets as arrays of floats, or raise a ValueError that says what is wrong with them."""
     X_valid, y_valid = check_X_y(X, y, dtype=np.float64, multi_output=True, y_numeric=True)
     return X_valid, np.asarray(y_valid, dtype=np.float64)
-
-
-def _kernel_slope(weights: FloatArray, Z: FloatArray, Z_fit: FloatArray) -> FloatArray:
-    """Sum `weights * d log K / d log σ_j`, which is `2 (z_j - z'_j)^2`, over all pairs, for each input j."""
-    slope: FloatArray = 2.0 * (
-        weights.sum(axis=1) @ Z**2
-        + weights.sum(axis=0) @ Z_fit**2
-        - 2.0 * np.einsum("ij,ij->j", Z, weights @ Z_fit)
-    )
-    return slope
 
 
 Objective = Callable[[FloatArray], tuple[float, FloatArray]]

@@ -11,7 +11,7 @@ from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing.connection import Connection
-from typing import Any, TypeVar
+from typing import Any, Self, TypeVar
 
 from wam_cast.errors import InputError
 
@@ -21,10 +21,60 @@ LOOKAHEAD = 1000
 """Rows that are handed out before the first of them is back: enough for hundreds of workers, little enough to cancel."""
 
 
+class Workers:
+    """Processes on this machine that run functions over rows, one batch of rows after the other; a context manager.
+
+    They start with the first batch and end with the context: at once if it ends by an exception.
+
+    Parameters
+    ----------
+    n_workers
+        How many, by default one for each processor that this process may use.
+    """
+
+    def __init__(self, n_workers: int | None = None) -> None:
+        self._n_workers = n_workers or available_processors()
+        self._pool: _WorkerPool | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *details: Any) -> None:
+        if self._pool is not None:
+            pool, self._pool = self._pool, None
+            pool.__exit__(kind, *details)
+
+    def run(self, function: Callable[[int], T], rows: Sequence[int]) -> Generator[T | None]:
+        """Yield `function(row)` for each row, in their order; see `run_rows`.
+
+        Raises
+        ------
+        InputError
+            If processes cannot start at all.
+        Exception
+            Whatever `function` raises.
+        """
+        done = 0
+        while done < len(rows):
+            pool = self._pool = self._pool or _WorkerPool(self._n_workers)
+            try:
+                for result in _results(pool, function, rows[done:]):
+                    yield result
+                    done += 1
+            except BrokenProcessPool as error:
+                self.__exit__(type(error), error, error.__traceback__)
+            else:
+                return
+            # A dead process takes the whole pool with it. The guilty row is among the oldest unfinished ones, or soon will be.
+            for row in rows[done : done + self._n_workers]:
+                yield _run_alone(function, row)
+                done += 1
+
+
 def run_rows(
     function: Callable[[int], T],
     rows: Sequence[int],
-    executor: Executor | None = None,
+    executor: Executor | Workers | None = None,
     n_workers: int | None = None,
 ) -> Generator[T | None]:
     """Yield `function(row)` for each row, in their order; what is not finished is dropped when the generator is closed.
@@ -36,10 +86,10 @@ def run_rows(
     rows
         What it is called with.
     executor
-        Runs the calls, and is left running: what it has started it may finish. Its own failures are raised.
+        Runs the calls, and is left running: what it has started it may finish. Its own failures are raised. With `Workers`,
+        which are the default for this call alone, a row that brings down its process yields None, and no other row suffers.
     n_workers
-        Without an executor: the number of processes, by default one for each processor that this process may use. A row
-        that brings down its process yields None, and no other row suffers.
+        Without an executor: the number of processes, by default one for each processor that this process may use.
 
     Raises
     ------
@@ -48,30 +98,13 @@ def run_rows(
     Exception
         Whatever `function` raises.
     """
-    if executor is not None:
-        pending: deque[Future[T]] = deque()
-        try:
-            yield from _results(executor, function, rows, pending)
-        finally:
-            for future in pending:
-                future.cancel()
-        return
-    n_workers = n_workers or available_processors()
-    done = 0
-    while done < len(rows):
-        with _WorkerPool(n_workers) as pool:
-            try:
-                for result in _results(pool, function, rows[done:], deque()):
-                    yield result
-                    done += 1
-            except BrokenProcessPool:
-                pass
-            else:
-                return
-        # A dead process takes the whole pool with it. The guilty row is among the oldest unfinished ones, or soon will be.
-        for row in rows[done : done + n_workers]:
-            yield _run_alone(function, row)
-            done += 1
+    if isinstance(executor, Executor):
+        yield from _results(executor, function, rows)
+    elif executor is not None:
+        yield from executor.run(function, rows)
+    else:
+        with Workers(n_workers) as workers:
+            yield from workers.run(function, rows)
 
 
 def available_processors() -> int:
@@ -81,16 +114,19 @@ def available_processors() -> int:
     return os.cpu_count() or 1
 
 
-def _results(
-    executor: Executor, function: Callable[[int], T], rows: Sequence[int], pending: deque[Future[T]]
-) -> Generator[T]:
-    """Yield the results in order; `pending` holds what was handed out and is not back yet."""
-    for row in rows:
-        pending.append(executor.submit(function, row))
-        if len(pending) == LOOKAHEAD:
+def _results(executor: Executor, function: Callable[[int], T], rows: Sequence[int]) -> Generator[T]:
+    """Yield the results in order; what was handed out and is not begun is cancelled when the generator is closed."""
+    pending: deque[Future[T]] = deque()
+    try:
+        for row in rows:
+            pending.append(executor.submit(function, row))
+            if len(pending) == LOOKAHEAD:
+                yield pending.popleft().result()
+        while pending:
             yield pending.popleft().result()
-    while pending:
-        yield pending.popleft().result()
+    finally:
+        for future in pending:
+            future.cancel()
 
 
 def _run_alone(function: Callable[[int], T], row: int) -> T | None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from wam_cast.arm_model import arm_coulomb_friction
 from wam_cast.cast import Cast
 from wam_cast.errors import InputError
-from wam_cast.system.plant import N_ARM
+from wam_cast.system.plant import N_ARM, hanging_positions
 from wam_cast.system.station import FRICTION_SPEED, CastStation
 
 MAX_GROWTH = 5.0
@@ -53,7 +53,8 @@ def small_motion_modes(station: CastStation) -> NDArray[np.complex128]:
     root = station.diagram.CreateDefaultContext()
     station.set_start(root, Cast(0.3, 0.6, 0.1))
     context = plant.GetMyMutableContextFromRoot(root)
-    q = plant.GetPositions(context)
+    q = hanging_positions(plant, plant.GetPositions(context)[:N_ARM])
+    plant.SetPositions(context, q)
     mass = plant.CalcMassMatrix(context)
     stiffness = np.zeros((n, n))  # gravity's, on the string; that on the arm is the controller's to carry
     for i in range(N_ARM, n):

@@ -29,6 +29,9 @@ from wam_cast.system.cup_mesh import cup_mesh
 N_ARM = 7
 """Joints of the arm: the first positions and velocities of every plant that is made here."""
 
+HOOK = slice(N_ARM, N_ARM + 2)
+"""The joint between hand and string among those of a plant with a string: its angles in the casting plane and across it."""
+
 IMPACT_SPEED = 2.0
 """At which a cup's restitution is stated [m/s]: about as fast as casts come down."""
 
@@ -253,7 +256,7 @@ def hanging_positions(plant: Any, q_arm: NDArray[np.float64]) -> NDArray[np.floa
     R_WHook = plant.GetFrameByName("hook").CalcPoseInWorld(context).rotation()
     down = R_WHook.inverse() @ np.array([0.0, 0.0, -1.0])
     # The string's direction in the hook's frame is (sin b, -sin a cos b, cos a cos b) for the joint's angles a, b.
-    q[N_ARM : N_ARM + 2] = np.arctan2(-down[1], down[2]), np.arcsin(np.clip(down[0], -1, 1))
+    q[HOOK] = np.arctan2(-down[1], down[2]), np.arcsin(np.clip(down[0], -1, 1))
     return q
 
 

@@ -22,10 +22,12 @@ from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 from pydrake.systems.framework import LeafSystem
 
 from wam_cast.cast import Cast, checked_cup
+from wam_cast.errors import checked_whole_number
 from wam_cast.scenario import Scenario
 from wam_cast.system.controller import CastController, motor_load
 from wam_cast.system.flight_step import flight_step
 from wam_cast.system.motion import CastMotion
+from wam_cast.system.noise import executed_cast
 from wam_cast.system.outcome import (
     REST_RISE,
     SLACK_MARGIN,
@@ -64,6 +66,8 @@ class CastRecording:
 
     Attributes
     ----------
+    cast
+        As commanded; under noise another one is executed, which `p_WE_desired` and `stages` show.
     outcome
         Judged at the end of the hold at the latest, before the return moves the ball.
     times
@@ -125,13 +129,18 @@ class CastSimulator:
         station = CastStation(self.scenario, has_scene=True, controller=self._make_controller(self.scenario))
         return station, Simulator(station.diagram)
 
-    def simulate(self, cast: Cast, cup: tuple[float, float] | None = None) -> Outcome:
-        """Simulate `cast`: with a cup at world (x, y) [m] until the ball rests or has missed, else to the landing."""
-        return self._judge(self._run(cast, cup))
+    def simulate(self, cast: Cast, cup: tuple[float, float] | None = None, *, noise_seed: int = 0) -> Outcome:
+        """Simulate `cast`: with a cup at world (x, y) [m] until the ball rests or has missed, else to the landing.
 
-    def record(self, cast: Cast, cup: tuple[float, float] | None = None) -> CastRecording:
+        `noise_seed`, a whole number, draws the scenario's noise; without noise it is of no consequence.
+        """
+        return self._judge(self._run(cast, cup, noise_seed))
+
+    def record(
+        self, cast: Cast, cup: tuple[float, float] | None = None, *, noise_seed: int = 0
+    ) -> CastRecording:
         """Simulate `cast` as `simulate` does, then on to the end of the return, and keep all of it."""
-        run = self._run(cast, cup)
+        run = self._run(cast, cup, noise_seed)
         outcome = self._judge(run)
         if cup is not None and run.breakdown is None:
             with self._noticing_breakdown(run):
@@ -146,10 +155,12 @@ class CastSimulator:
             self.scenario, cast, cup, outcome, times, states, torques, p_WL, v_WL, p_WE, p_WE_desired, stages
         )
 
-    def _run(self, cast: Cast, cup: tuple[float, float] | None) -> _Run:
+    def _run(self, cast: Cast, cup: tuple[float, float] | None, noise_seed: int) -> _Run:
         if cup is not None:
             cup = checked_cup(cup)
-        run = _Run(cast, cup, CastMotion(self.scenario.motion, cast))
+        noise_seed = checked_whole_number("noise_seed", noise_seed, 0)
+        executed = executed_cast(self.scenario.noise, cast, noise_seed)
+        run = _Run(cast, cup, noise_seed, CastMotion(self.scenario.motion, executed))
         with self._noticing_breakdown(run):
             self._fly(run)
             if run.scene_start is not None:
@@ -186,7 +197,7 @@ class CastSimulator:
         """
         simulator = self._flight_simulator
         context = simulator.get_mutable_context()
-        self._flight.set_start(context, run.cast)
+        self._flight.set_start(context, run.cast, noise_seed=run.noise_seed)
         simulator.Initialize()
         plant_context = self._flight.plant.GetMyContextFromRoot(context)
         period, n_look, n = self.scenario.controller.period, LOOK_PERIODS, 0
@@ -218,7 +229,7 @@ class CastSimulator:
         """Hand the state over to the station with contact."""
         station, simulator = self._scene
         source, target = self._flight_simulator.get_context(), simulator.get_mutable_context()
-        station.set_start(target, run.cast, run.cup)
+        station.set_start(target, run.cast, run.cup, noise_seed=run.noise_seed)
         target.SetTime(source.get_time())
         target.get_mutable_continuous_state_vector().SetFromVector(
             source.get_continuous_state_vector().CopyToVector()
@@ -378,6 +389,7 @@ class _Run:
 
     cast: Cast
     cup: tuple[float, float] | None
+    noise_seed: int
     motion: CastMotion
     high_until: float = 0.0
     was_low: bool = False
@@ -396,7 +408,9 @@ def _shared_simulator(scenario: Scenario) -> CastSimulator:
 _one_at_a_time = threading.Lock()
 
 
-def simulate_cast(scenario: Scenario, cast: Cast, cup: tuple[float, float] | None = None) -> Outcome:
+def simulate_cast(
+    scenario: Scenario, cast: Cast, cup: tuple[float, float] | None = None, *, noise_seed: int = 0
+) -> Outcome:
     """Simulate one cast, in a simulator that is kept for the next ones.
 
     Threads take turns, since Drake's Python systems are not made for several at once; use processes to go faster.
@@ -407,11 +421,14 @@ def simulate_cast(scenario: Scenario, cast: Cast, cup: tuple[float, float] | Non
         What is cast, and how.
     cup
         World (x, y) [m] of a physical cup's axis; without one the simulation ends when the ball has crossed the rim plane.
+    noise_seed
+        Draws the scenario's noise: the same seed gives the same outcome. Without noise it is of no consequence.
 
     Raises
     ------
     InputError
-        If the cup's position is not a pair of finite numbers, or the arm cannot turn to the cast's bearing.
+        If the cup's position is not a pair of finite numbers, the noise seed not a whole number from 0 on, or the arm cannot turn
+        to the cast's bearing.
     """
     with _one_at_a_time:
-        return _shared_simulator(scenario).simulate(cast, cup)
+        return _shared_simulator(scenario).simulate(cast, cup, noise_seed=noise_seed)

@@ -16,7 +16,10 @@ from wam_cast.cast import Cast
 from wam_cast.errors import InputError
 from wam_cast.scenario import Scenario
 from wam_cast.system.controller import CastController
+from wam_cast.system.encoders import Encoders, encoder_resolution
+from wam_cast.system.noise import TorqueNoise, executed_cast, swing_at_start
 from wam_cast.system.plant import (
+    HOOK,
     N_ARM,
     fill_plant,
     hanging_positions,
@@ -54,8 +57,9 @@ class CastStation:
     """The arm, the string, the ball and the cup under a controller, as a Drake diagram.
 
     Exported output ports: `state` (all positions and velocities), `arm_state` (q and v of the arm, 14), `ball_position` and
-    `ball_velocity` (p_WL, v_WL), `hand` and `hand_desired` (p_WE and v_WE, 6), `stage` (1), `torque` (the motors', held
-    between samples, 7). Logs of `state` and `torque`, a sample per control period, are what outcomes are made from.
+    `ball_velocity` (p_WL, v_WL), `hand` and `hand_desired` (p_WE and v_WE, 6; `hand` as the controller measures it), `stage` (1),
+    `torque` (the motors', held between samples, 7). Logs of `state` and `torque`, a sample per control period,
+    are what outcomes are made from.
 
     Parameters
     ----------
@@ -92,6 +96,7 @@ class CastStation:
             )
         builder = DiagramBuilder()
         self._add_plant(builder, has_scene)
+        self._torque_noise: Any = None
         self._q_start = starting_posture(make_arm_plant(scenario), scenario)
         self.controller: Any = builder.AddNamedSystem("controller", controller or CastController(scenario))
         self.hold: Any = builder.AddNamedSystem("hold", ZeroOrderHold(scenario.controller.period, N_ARM))
@@ -131,14 +136,34 @@ class CastStation:
     def _connect(self, builder: DiagramBuilder) -> None:
         plant = self.plant
         self._arm = plant.GetModelInstanceByName("wam7")
-        builder.Connect(plant.get_state_output_port(self._arm), self.controller.GetInputPort("arm_state"))
-        builder.Connect(self.controller.GetOutputPort("actuation"), self.hold.get_input_port())
+        measured = plant.get_state_output_port(self._arm)
+        commanded = self.controller.GetOutputPort("actuation")
+        if self.scenario.noise.encoder_counts > 0:
+            measured = self._add_encoders(builder, measured)
+        if self.scenario.noise.torque > 0:
+            commanded = self._add_torque_noise(builder, commanded)
+        builder.Connect(measured, self.controller.GetInputPort("arm_state"))
+        builder.Connect(commanded, self.hold.get_input_port())
         actuation = self.hold.get_output_port()
         if self.scenario.arm.coulomb_friction > 0:
             actuation = self._add_friction(builder, actuation)
         builder.Connect(actuation, plant.get_actuation_input_port())
         for name in ("body_poses", "body_spatial_velocities"):
             builder.Connect(plant.GetOutputPort(name), self.ball_tracker.GetInputPort(name))
+
+    def _add_encoders(self, builder: DiagramBuilder, arm_state: Any) -> Any:
+        resolution = encoder_resolution(self.plant, self.scenario.noise.encoder_counts)
+        encoders = builder.AddNamedSystem("encoders", Encoders(resolution, self.scenario.controller.period))
+        builder.Connect(arm_state, encoders.get_input_port())
+        return encoders.get_output_port()
+
+    def _add_torque_noise(self, builder: DiagramBuilder, commanded: Any) -> Any:
+        limits, period = self.plant.GetEffortUpperLimits(), self.scenario.controller.period
+        self._torque_noise = builder.AddNamedSystem(
+            "torque_noise", TorqueNoise(self.scenario.noise.torque, limits, period)
+        )
+        builder.Connect(commanded, self._torque_noise.get_input_port())
+        return self._torque_noise.get_output_port()
 
     def _add_friction(self, builder: DiagramBuilder, torque: Any) -> Any:
         """Take the joints' Coulomb friction from `torque`; Drake's own blocks keep Python out of the integrator's steps."""
@@ -164,19 +189,29 @@ class CastStation:
             builder.ExportOutput(self.controller.GetOutputPort(name), name)
         builder.ExportOutput(self.hold.get_output_port(), "torque")
 
-    def set_start(self, context: Any, cast: Cast, cup: tuple[float, float] | None = None) -> None:
+    def set_start(
+        self, context: Any, cast: Cast, cup: tuple[float, float] | None = None, *, noise_seed: int = 0
+    ) -> None:
         """Put the diagram's `context` at the start of `cast`: time 0, the ball hanging at rest, all other state as when new.
 
         `cup` is the world (x, y) [m] of the cup's axis; without one, a cup stays where it is by default, below the arm.
+        `noise_seed` draws the scenario's noise, if it has any: which cast is executed, how the ball swings, what the torques do.
         """
         self.diagram.SetDefaultContext(context)
         context.SetTime(0.0)
         plant_context = self.plant.GetMyMutableContextFromRoot(context)
         q_arm = self._q_start.copy()
         q_arm[0] = -cast.bearing
-        self.plant.SetPositions(plant_context, hanging_positions(self.plant, q_arm))
-        self.plant.SetVelocities(plant_context, np.zeros(self.plant.num_velocities()))
-        self.set_cast(context, cast)
+        q, v = hanging_positions(self.plant, q_arm), np.zeros(self.plant.num_velocities())
+        if self.scenario.noise.swing > 0:
+            angles, rates = swing_at_start(self.scenario, noise_seed)
+            q[HOOK] += angles
+            v[HOOK] += rates
+        self.plant.SetPositions(plant_context, q)
+        self.plant.SetVelocities(plant_context, v)
+        self.set_cast(context, executed_cast(self.scenario.noise, cast, noise_seed))
+        if self._torque_noise is not None:
+            self._torque_noise.set_seed(self._torque_noise.GetMyMutableContextFromRoot(context), noise_seed)
         if cup is not None:
             self.set_cup(context, cup)
         for log in (self._state_log, self._torque_log):

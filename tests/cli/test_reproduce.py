@@ -1,0 +1,85 @@
+"""`wam-cast reproduce` as its user meets it; what it computes is tested with the experiment itself."""
+
+import json
+import signal
+import time
+
+import pytest
+
+import wam_cast as wc
+from wam_cast.evaluation.experiment.settings import Settings
+from wam_cast.evaluation.experiment.store import RunDirectory
+
+
+@pytest.fixture
+def run_of_seed_3(folder):
+    """Return the folder of a run that has just begun."""
+    RunDirectory(folder / "run", Settings.of(wc.Scenario(), seed=3, quick=True))
+    return folder / "run"
+
+
+def test_another_seed_in_the_same_folder_is_refused(cli, run_of_seed_3):
+    result = cli("reproduce", "--out", run_of_seed_3, "--quick", "--seed", "4")
+    assert result.code == 2
+    assert "another seed (3, not 4)" in result.err
+    assert result.err.count("\n") == 1
+
+
+def test_a_full_run_does_not_go_on_with_a_quick_one(cli, run_of_seed_3):
+    result = cli("reproduce", "--out", run_of_seed_3, "--seed", "3")
+    assert result.code == 2
+    assert "another n_casts (170, not 1700)" in result.err
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ((), "missing option '--out'"),
+        (("--out", "run", "--seed", "-1"), "--seed"),
+        (("--out", "run", "--scenario", "none.yaml"), "scenario none.yaml: No such file or directory"),
+    ],
+)
+def test_wrong_input_gets_one_line(cli, options, message):
+    result = cli("reproduce", *options)
+    assert result.code == 2
+    assert message in result.err
+    assert result.err.count("\n") == 1
+
+
+def test_a_folder_with_something_else_is_left_alone(cli, folder):
+    (folder / "mine").mkdir()
+    (folder / "mine" / "thesis.tex").write_text("")
+    result = cli("reproduce", "--out", "mine")
+    assert result.code == 2
+    assert "holds thesis.tex" in result.err
+
+
+@pytest.mark.slow
+def test_a_run_is_interrupted_goes_on_and_shows_what_it_found(start, process, folder):
+    began = start("reproduce", "--quick", "--out", "run")
+    for _ in range(600):
+        if list(folder.glob("run/phases/casts.json")):
+            break
+        time.sleep(0.1)
+    began.send_signal(signal.SIGINT)
+    _, err = began.communicate(timeout=60)
+    assert began.returncode == 130
+    assert "Go on with: wam-cast reproduce --seed 0 --out run --quick" in err
+    assert "Traceback" not in err
+
+    result = process("reproduce", "--quick", "--out", "run", "--json")
+    assert result.code == 0
+    assert "casts\n" not in result.err.replace("noisy casts\n", "")  # they were finished
+    printed, stored = json.loads(result.out), json.loads((folder / "run" / "results.json").read_text())
+    assert printed["directory"] == "run"
+    assert all(stored[key] == value for key, value in printed.items() if key != "directory")
+    assert (stored["n_train"], stored["n_validation"], stored["n_test"]) == (130, 30, 10)
+    assert stored["fingerprint"] == wc.Scenario().fingerprint
+    assert stored["test_rmse_m"]["isotropic"] < 0.2 * stored["test_rmse_m"]["constant"]
+    assert stored["hit_rate"] > 0.7
+    assert (folder / "run" / "report.html").stat().st_size > 500_000
+
+    again = process("reproduce", "--quick", "--out", "run")
+    assert again.code == 0
+    assert again.err == "figures and report\n"
+    assert "hit rate" in again.out

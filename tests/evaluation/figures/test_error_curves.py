@@ -1,0 +1,38 @@
+"""Error curves: centimetres over logarithmic axes, and the marks where they belong."""
+
+import numpy as np
+
+from wam_cast.evaluation.figures.error_curves import draw_error_curve
+
+SIGMA = np.array([0.1, 1.0, 10.0])
+RMSE = np.array([0.02, 0.002, np.nan])
+
+
+def test_curves_path_and_marks_are_where_they_belong(axes, line_of, legend_of):
+    curves = {"validation": RMSE, "leave-one-out": 2 * RMSE}
+    path = (np.array([0.5, 0.8]), np.array([0.01, 0.003]))
+    draw_error_curve(axes, SIGMA, curves, xlabel="σ [1]", path=path, chosen=0.8, paper=0.35)
+    assert legend_of(axes) == ["validation", "leave-one-out", "descent", "chosen: 0.8", "paper: 0.35"]
+    np.testing.assert_allclose(line_of(axes, "validation"), np.column_stack([SIGMA, [2, 0.2, np.nan]]))
+    np.testing.assert_allclose(line_of(axes, "leave-one-out")[:, 1], [4, 0.4, np.nan])
+    np.testing.assert_allclose(line_of(axes, "descent"), [[0.5, 1.0], [0.8, 0.3]])
+    np.testing.assert_allclose(line_of(axes, "chosen: 0.8")[:, 0], 0.8)
+    np.testing.assert_allclose(line_of(axes, "paper: 0.35")[:, 0], 0.35)
+    assert axes.get_xscale() == axes.get_yscale() == "log"
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("σ [1]", "RMSE [cm]")
+
+
+def test_marks_are_left_out_unless_given(axes, legend_of):
+    draw_error_curve(axes, SIGMA, {"validation": RMSE}, xlabel="σ [1]")
+    assert legend_of(axes) == ["validation"]
+
+
+def test_ticks_of_a_few_decades_are_plain_numbers(axes, texts_of):
+    draw_error_curve(axes, SIGMA, {"validation": np.array([0.02, 0.002, 0.001])}, xlabel="σ [1]")
+    ticks = {text.get_text() for text, _ in texts_of(axes.figure)}
+    assert {"0.1", "1", "10", "0.2", "2"} <= ticks
+
+
+def test_ticks_of_many_decades_are_powers(axes, texts_of):
+    draw_error_curve(axes, np.array([1e-12, 1e-6, 1e-1]), {"validation": RMSE}, xlabel="λ [1]")
+    assert any("10^{-" in text.get_text() for text, _ in texts_of(axes.figure))

@@ -1,0 +1,128 @@
+"""Learning curves: errors on the validation casts over the number of training casts, which are drawn repeatedly."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable
+from contextlib import closing
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from sklearn.model_selection import GridSearchCV
+from threadpoolctl import threadpool_limits
+
+from wam_cast.cast import cast_bounds
+from wam_cast.errors import InputError
+from wam_cast.evaluation.experiment.results import Band, LearningCurves, floats
+from wam_cast.evaluation.experiment.statistics import rmse
+from wam_cast.learning import baselines
+from wam_cast.learning.baselines import Bounds
+from wam_cast.learning.forward_model import START_SIGMA
+from wam_cast.learning.kernel_ridge import KernelRidge
+from wam_cast.learning.leave_one_out import tune_by_leave_one_out
+from wam_cast.learning.parts import Part, Parts
+from wam_cast.learning.workers import Workers, run_rows
+from wam_cast.scenario import Scenario
+
+Array = NDArray[np.float64]
+Report = Callable[[int, int], None]
+
+SIZES = (25, 50, 100, 200, 400, 800, 1300)
+MAX_DEGREE = 8
+N_FOLDS = 5
+
+
+@dataclass(frozen=True)
+class _Task:
+    """What every job of the learning curves needs."""
+
+    scenario: Scenario
+    train: Part
+    validation: Part
+    seed: int
+
+
+def learn_with_fewer_casts(
+    scenario: Scenario, parts: Parts, seed: int, n_repeats: int, workers: Workers, report: Report
+) -> LearningCurves:
+    """Return the validation RMSE of estimators that were chosen and fitted on random subsets of the training casts alone.
+
+    A repeat draws one order of the training casts; its subsets are that order's beginnings. Hyperparameters are chosen anew on
+    each subset, without the validation casts: they measure only. The test part stays closed.
+    """
+    n_train = len(parts.train.X)
+    sizes = (*(size for size in SIZES if size < n_train), n_train)
+    task = _Task(scenario, parts.train, parts.validation, seed)
+    # All casts make one subset only; the largest fits come first, so that no processor is left with one in the end.
+    jobs = [
+        (name, size, repeat)
+        for size in reversed(sizes)
+        for name in _ESTIMATORS
+        for repeat in range(1 if size == n_train else n_repeats)
+    ]
+    errors: dict[tuple[str, int], list[float]] = defaultdict(list)
+    report(0, len(jobs))
+    with closing(run_rows(partial(_run_job, task, jobs), range(len(jobs)), workers)) as results:
+        for done, ((name, size, _), result) in enumerate(zip(jobs, results, strict=True), 1):
+            if result is None:
+                raise InputError(f"learning curve, {name}: its process died; free memory and start again")
+            errors[name, size].append(result)
+            report(done, len(jobs))
+    return LearningCurves(
+        n_train=sizes,
+        n_repeats=n_repeats,
+        curves={name: _band([errors[name, size] for size in sizes]) for name in _ESTIMATORS},
+    )
+
+
+def _band(errors: list[list[float]]) -> Band:
+    """Return the band of the errors of each size."""
+    return Band(
+        median=floats([np.median(values) for values in errors]),
+        low=floats([min(values) for values in errors]),
+        high=floats([max(values) for values in errors]),
+    )
+
+
+def _run_job(task: _Task, jobs: list[tuple[str, int, int]], row: int) -> float:
+    """Return the validation RMSE [m] of one estimator that is fitted to one subset."""
+    name, size, repeat = jobs[row]
+    rng = np.random.default_rng(np.random.SeedSequence(task.seed, spawn_key=(repeat,)))
+    subset = rng.permutation(len(task.train.X))[:size]
+    # One thread each: as many processes run as there are processors.
+    with threadpool_limits(1):
+        model = _ESTIMATORS[name](cast_bounds(task.scenario), task.seed)
+        model.fit(task.train.X[subset], task.train.landing[subset])
+        return rmse(model.predict(task.validation.X) - task.validation.landing)
+
+
+class _TunedKernelRidge(KernelRidge):
+    """Kernel ridge regression that chooses its own sigma (as many as `sigma` has) and lambda by leave-one-out."""
+
+    def fit(self, X: ArrayLike, y: ArrayLike) -> Self:
+        """Choose on the training data, and fit to it."""
+        tuned = tune_by_leave_one_out(X, y, sigma0=self.sigma, input_bounds=self.input_bounds)
+        self.set_params(sigma=tuned.sigma, regularization=tuned.regularization)
+        return super().fit(X, y)
+
+
+def _polynomial(bounds: Bounds, _seed: int) -> Any:
+    """Return a polynomial that chooses its degree by cross-validation."""
+    grid = {"legendrefeatures__degree": list(range(1, MAX_DEGREE + 1))}
+    return GridSearchCV(baselines.polynomial(1, bounds), grid, cv=N_FOLDS, scoring="neg_mean_squared_error")
+
+
+_ESTIMATORS: dict[str, Callable[[Bounds, int], Any]] = {
+    "KRR, a sigma for each parameter": lambda bounds, _: _TunedKernelRidge(
+        sigma=[START_SIGMA] * 3, input_bounds=bounds
+    ),
+    "KRR, one sigma": lambda bounds, _: _TunedKernelRidge(sigma=START_SIGMA, input_bounds=bounds),
+    "Gaussian process": lambda bounds, _: baselines.gaussian_process(bounds),
+    "polynomial": _polynomial,
+    "neural network": baselines.neural_network,
+    "nearest neighbour": lambda bounds, _: baselines.nearest_neighbour(bounds),
+}
+"""What makes each estimator, of the bounds and a seed, by its label."""

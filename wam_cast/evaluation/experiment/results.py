@@ -1,0 +1,336 @@
+"""What the phases of the experiment find: plain values in SI units, which go to files and come back as they were.
+
+A value that does not exist (the landing of a ball that never came down) is None, since JSON knows no nan.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import BaseModel, ConfigDict
+
+PAPERS_SIGMA = 0.35
+PAPERS_RMSE = 0.0224
+PAPERS_POLYNOMIAL_RMSE = 0.217
+"""Of the paper: sigma, and the test RMSE of its kernel regression and of its polynomial [m]."""
+
+Floats = tuple[float, ...]
+MaybeFloats = tuple[float | None, ...]
+
+
+class Result(BaseModel):
+    """A frozen group of values."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Samples(Result):
+    """The random casts: counts by status, and the training casts with their landings [m, m/s, s, m]."""
+
+    statuses: dict[str, int]
+    n_train: int
+    n_validation: int
+    n_test: int
+    distance: Floats
+    speed: Floats
+    wait: Floats
+    landing_along: MaybeFloats
+    landing_std: float
+    largest_across: float
+
+
+class Chosen(Result):
+    """Hyperparameters of the kernel regression and their errors [m]; `sigma` has one value or one for each parameter."""
+
+    sigma: Floats
+    regularization: float
+    leave_one_out_rmse: float
+    validation_rmse: float
+
+
+class ErrorCurve(Result):
+    """Errors [m] over one hyperparameter `x`, None where the kernel matrix is singular."""
+
+    x: Floats
+    validation_rmse: MaybeFloats
+    leave_one_out_rmse: MaybeFloats
+
+
+class Descent(Result):
+    """The steps of a descent: values of sigma, and the error there [m]."""
+
+    x: Floats
+    rmse: Floats
+
+
+class Selection(Result):
+    """The model selection.
+
+    Attributes
+    ----------
+    by_validation
+        As in the paper: sigma by gradient descent on the validation error, lambda that of `isotropic`.
+    isotropic, per_parameter
+        Sigma, one or one for each parameter, and lambda by leave-one-out.
+    sigma_curve, regularization_curve
+        Each with the other hyperparameter as in `isotropic`.
+    papers_curve
+        Errors over lambda with the paper's sigma, on parameters in SI units that are not scaled.
+    descents
+        On the validation error over sigma, each from another start; the best one gave `by_validation`.
+    """
+
+    by_validation: Chosen
+    isotropic: Chosen
+    per_parameter: Chosen
+    sigma_curve: ErrorCurve
+    regularization_curve: ErrorCurve
+    papers_curve: ErrorCurve
+    descents: tuple[Descent, ...]
+
+
+class Row(Result):
+    """One estimator: its errors on the test casts [m], with a bootstrap interval of the RMSE, and what it costs."""
+
+    name: str
+    label: str
+    rmse: float
+    rmse_interval: tuple[float, float]
+    median: float
+    p95: float
+    max: float
+    validation_rmse: float
+    fit_s: float
+    predict_us: float
+
+
+class PolynomialFit(Result):
+    """Errors [m] of one polynomial, its number of terms, and the condition number of its least squares."""
+
+    label: str
+    degree: int
+    n_terms: int
+    condition: float
+    training_rmse: float
+    validation_rmse: float
+    test_rmse: float
+
+    @property
+    def distance_from_paper(self) -> float:
+        """How far the test RMSE is from that of the paper's polynomial [m]."""
+        return abs(self.test_rmse - PAPERS_POLYNOMIAL_RMSE)
+
+
+class Residuals(Result):
+    """Casts and what the model errs there [m], as one that has not seen them: leave-one-out, then the validation casts."""
+
+    distance: Floats
+    speed: Floats
+    wait: Floats
+    residual: Floats
+
+    WORST: ClassVar[float] = 0.05
+    """Share of the casts that are called the worst."""
+
+    @property
+    def share_of_worst(self) -> float:
+        """How much of the squared error is that of the worst casts."""
+        squares = np.sort(np.square(self.residual))
+        return float(np.sum(squares[-round(self.WORST * len(squares)) :]) / np.sum(squares))
+
+
+class Comparison(Result):
+    """What opens the test part: all estimators on it.
+
+    Attributes
+    ----------
+    polynomials
+        Of degree 1 to 12, well conditioned.
+    variants
+        Polynomials as others may fit them.
+    test_measured, test_predicted
+        Landings along the casting plane [m], predicted by the model with a length scale for each parameter.
+    held_out
+        Where that model errs.
+    coverage, empirical
+        Share of the validation casts that should be, and are, within a model's central interval.
+    """
+
+    rows: tuple[Row, ...]
+    polynomials: tuple[PolynomialFit, ...]
+    variants: tuple[PolynomialFit, ...]
+    test_measured: Floats
+    test_predicted: Floats
+    held_out: Residuals
+    coverage: Floats
+    empirical: dict[str, Floats]
+
+    def row(self, name: str) -> Row:
+        """Return the row of that name."""
+        return next(row for row in self.rows if row.name == name)
+
+
+class Band(Result):
+    """Validation RMSE [m] over the sizes of the training set: median, lowest and highest of the repeated subsets."""
+
+    median: Floats
+    low: Floats
+    high: Floats
+
+
+class LearningCurves(Result):
+    """Errors over the number of training casts, by the estimator's label."""
+
+    n_train: tuple[int, ...]
+    n_repeats: int
+    curves: dict[str, Band]
+
+
+class LandingMap(Result):
+    """Predicted landing [m] by wait, speed and distance (in this order), and which casts are allowed by speed and distance."""
+
+    distance: Floats
+    speed: Floats
+    waits: Floats
+    landing: tuple[tuple[Floats, ...], ...]
+    is_allowed: tuple[tuple[bool, ...], ...]
+
+
+class Trial(Result):
+    """A cup [m], the cast planned for it, and what became of it.
+
+    Attributes
+    ----------
+    predicted_offset, executed_offset
+        Signed, along the casting plane: positive beyond the cup's middle [m].
+    predicted_miss, executed_miss
+        Distances from the cup's middle [m].
+    status
+        A value of `Status`.
+    """
+
+    cup: float
+    distance: float
+    speed: float
+    wait: float
+    is_feasible: bool
+    predicted_offset: float
+    predicted_miss: float
+    executed_offset: float | None
+    executed_miss: float | None
+    entry_angle: float | None
+    status: str
+    limits_hit: tuple[str, ...]
+
+    @property
+    def is_caught(self) -> bool:
+        """Whether the ball rests in the cup."""
+        return self.status == "caught"
+
+    @property
+    def failure(self) -> str | None:
+        """What kind of failure it is; none if the ball was caught."""
+        if self.is_caught:
+            return None
+        return self.status if self.is_feasible else "no_plan"
+
+
+class Statistics(Result):
+    """Of absolute values [m]; None if there are none."""
+
+    mean: float | None
+    median: float | None
+    p95: float | None
+    max: float | None
+
+
+class Execution(Result):
+    """One planner over all cups.
+
+    Attributes
+    ----------
+    label
+        Planner, and whatever else is special.
+    hit_interval
+        Wilson's 95 % interval of the hit rate.
+    failures
+        Counts by kind, of those that occurred.
+    """
+
+    label: str
+    planner: str
+    n_cups: int
+    n_caught: int
+    hit_rate: float
+    hit_interval: tuple[float, float]
+    predicted_miss: Statistics
+    executed_miss: Statistics
+    failures: dict[str, int]
+    trials: tuple[Trial, ...]
+
+
+class Executions(Result):
+    """Several planners over the same cups."""
+
+    planners: tuple[Execution, ...]
+
+
+class NoisyModel(Result):
+    """A model fitted to noisy casts: its lambda and sigma, and its errors [m] against noisy and against noise-free test casts."""
+
+    label: str
+    sigma: Floats
+    regularization: float
+    test_rmse: float
+    noise_free_rmse: float
+
+
+class Noise(Result):
+    """The section on casts that do not repeat.
+
+    Attributes
+    ----------
+    levels
+        Of the scenario's noise.
+    along, across
+        Landing of each noisy cast minus that of the same cast without noise [m].
+    models
+        Fitted to noisy casts, with their own lambda and with that of noise-free casts.
+    regularization_curve
+        On noisy casts.
+    executions
+        With noise.
+    """
+
+    levels: dict[str, float]
+    along: MaybeFloats
+    across: MaybeFloats
+    along_std: float
+    across_std: float
+    models: tuple[NoisyModel, ...]
+    regularization_curve: ErrorCurve
+    executions: tuple[Execution, ...]
+
+
+def floats(values: ArrayLike) -> Floats:
+    """Return a tuple of an array's elements."""
+    return tuple(np.asarray(values, dtype=float).ravel().tolist())
+
+
+def maybe_floats(values: Iterable[float]) -> MaybeFloats:
+    """Return a tuple of values, None for those that are not finite."""
+    return tuple(maybe_float(value) for value in values)
+
+
+def maybe_float(value: float) -> float | None:
+    """Return `value` as a float, None if it is not finite."""
+    return float(value) if math.isfinite(value) else None
+
+
+def to_array(values: Iterable[float | None]) -> NDArray[np.float64]:
+    """Return values as an array, nan for None."""
+    return np.array([math.nan if value is None else value for value in values], dtype=float)

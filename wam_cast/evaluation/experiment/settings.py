@@ -1,0 +1,98 @@
+"""What one run of the experiment depends on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib.metadata import version
+
+from wam_cast.learning.storage import current_versions
+from wam_cast.scenario import Noise, Scenario
+
+
+@dataclass(frozen=True)
+class Size:
+    """How much of everything: casts, cups on the line, and random subsets of each size in the learning curves."""
+
+    n_casts: int
+    n_cups: int
+    n_repeats: int
+
+
+FULL = Size(n_casts=1700, n_cups=100, n_repeats=8)
+QUICK = Size(n_casts=170, n_cups=10, n_repeats=3)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """One run of the experiment.
+
+    Attributes
+    ----------
+    scenario
+        Without noise.
+    noise
+        Of the section on casts that do not repeat.
+    seed
+        Draws the casts, the subsets of the learning curves, the starts of the neural network, and the noise.
+    n_casts
+        Split 1300 : 300 : 100 into training, validation and test casts.
+    n_cups
+        Evenly over the line that can be reached.
+    n_repeats
+        Random subsets of each size in the learning curves.
+    is_quick
+        Whether it has a tenth of the data.
+    """
+
+    scenario: Scenario
+    noise: Noise
+    seed: int
+    n_casts: int
+    n_cups: int
+    n_repeats: int
+    is_quick: bool
+
+    @classmethod
+    def of(cls, scenario: Scenario, seed: int, quick: bool) -> Settings:
+        """Return the settings of a full run, or of a quick one with a tenth of the data.
+
+        The experiment is about casts that repeat exactly; a scenario's own noise is kept for the section on noise.
+        """
+        noise = scenario.noise if scenario.noise.is_on else Noise.typical()
+        clean = scenario.model_copy(update={"noise": Noise()})
+        return cls(clean, noise, seed, **vars(QUICK if quick else FULL), is_quick=quick)
+
+    @property
+    def versions(self) -> dict[str, str]:
+        """Of the software that numbers come from."""
+        return current_versions() | {package: version(package) for package in ("scipy", "scikit-learn")}
+
+    @property
+    def command(self) -> str:
+        """The command line that runs this again; `scenario.yaml` is beside the report."""
+        own = " --scenario scenario.yaml" if self.own_scenario != Scenario() else ""
+        return f"wam-cast reproduce --seed {self.seed}{own}{' --quick' if self.is_quick else ''} --out DIR"
+
+    @property
+    def own_scenario(self) -> Scenario:
+        """What the run was asked for: with the noise of its section, unless that is the typical one."""
+        return self.scenario if self.noise == Noise.typical() else self.noisy_scenario
+
+    @property
+    def noisy_scenario(self) -> Scenario:
+        """The scenario with its noise on."""
+        return self.scenario.model_copy(update={"noise": self.noise})
+
+    @property
+    def identity(self) -> dict[str, object]:
+        """What must be the same for a run to go on where another one stopped."""
+        return {
+            "scenario": self.scenario.model_dump(mode="json"),
+            "fingerprint": self.scenario.fingerprint,
+            "noise": self.noise.model_dump(mode="json"),
+            "seed": self.seed,
+            "n_casts": self.n_casts,
+            "n_cups": self.n_cups,
+            "n_repeats": self.n_repeats,
+            "versions": self.versions,
+        }

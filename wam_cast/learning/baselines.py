@@ -177,8 +177,8 @@ class LegendreFeatures(MonomialFeatures):
     """Products of Legendre polynomials in place of powers, each of unit mean square over [-1, 1]."""
 
     def _powers(self, x: FloatArray) -> FloatArray:
-        polynomials: FloatArray = legvander(x, self.degree) * np.sqrt(2.0 * np.arange(self.degree + 1) + 1.0)
-        return polynomials
+        scale = np.sqrt(2.0 * np.arange(self.degree + 1) + 1.0)
+        return np.asarray(legvander(x, self.degree) * scale, dtype=np.float64)
 
 
 class NormalEquations(RegressorMixin, BaseEstimator):

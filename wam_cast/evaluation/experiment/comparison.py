@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,6 +20,7 @@ from wam_cast.evaluation.experiment.results import (
     Selection,
     floats,
 )
+from wam_cast.evaluation.experiment.settings import OnProgress
 from wam_cast.evaluation.experiment.statistics import rmse, rmse_interval
 from wam_cast.learning import baselines
 from wam_cast.learning.kernel_ridge import KernelRidge
@@ -28,7 +28,6 @@ from wam_cast.learning.parts import Part, Parts
 from wam_cast.scenario import Scenario
 
 Array = NDArray[np.float64]
-Report = Callable[[int, int], None]
 
 DEGREES = range(1, 13)
 COVERAGE = np.arange(0.05, 1.0, 0.05)
@@ -48,7 +47,9 @@ class _Fitted:
     fit_s: float
 
 
-def compare(scenario: Scenario, parts: Parts, selection: Selection, seed: int, report: Report) -> Comparison:
+def compare(
+    scenario: Scenario, parts: Parts, selection: Selection, seed: int, report: OnProgress
+) -> Comparison:
     """Fit all estimators to the training casts, then open the test part and measure them there."""
     candidates = _candidates(scenario, selection, seed)
     report(0, len(candidates))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
@@ -12,14 +12,13 @@ from functools import partial
 import numpy as np
 
 from wam_cast.evaluation.experiment.results import Execution, Trial, maybe_float, to_array
+from wam_cast.evaluation.experiment.settings import OnProgress
 from wam_cast.evaluation.experiment.statistics import describe, wilson_interval
 from wam_cast.learning.workers import Workers, run_rows
 from wam_cast.planning.plan import Method, Plan, Predictor, plan_cast
 from wam_cast.scenario import Scenario
 from wam_cast.system.outcome import Outcome, Status
 from wam_cast.system.simulation import simulate_cast
-
-Report = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -38,7 +37,7 @@ def execute_plans(
     *,
     noise_seed: int = 0,
     workers: Workers,
-    report: Report,
+    report: OnProgress,
 ) -> tuple[Execution, ...]:
     """Plan for cups evenly over the model's reach and cast each plan once, for each of the throwers.
 

@@ -12,15 +12,9 @@ from matplotlib.figure import Figure
 
 from wam_cast.cast import Cast
 from wam_cast.errors import InputError
+from wam_cast.evaluation.experiment import paper
 from wam_cast.evaluation.experiment.findings import PAPERS_PLANNER, Findings
-from wam_cast.evaluation.experiment.results import (
-    PAPERS_POLYNOMIAL_RMSE,
-    PAPERS_RMSE,
-    PAPERS_SIGMA,
-    ErrorCurve,
-    Execution,
-    to_array,
-)
+from wam_cast.evaluation.experiment.results import ErrorCurve, Execution, to_array
 from wam_cast.evaluation.figures.calibration import draw_calibration
 from wam_cast.evaluation.figures.comparison import draw_comparison, draw_polynomials
 from wam_cast.evaluation.figures.data_flow import draw_data_flow
@@ -135,7 +129,7 @@ def _selection(findings: Findings) -> Figure:
         xlabel="sigma [1]",
         path=(np.array(best.x), np.array(best.rmse)),
         chosen=selection.isotropic.sigma[0],
-        paper=PAPERS_SIGMA,
+        paper=paper.SIGMA,
     )
     draw_error_curve(
         axes[0, 1],
@@ -188,8 +182,8 @@ def _comparison(findings: Findings) -> Figure:
         low,
         high,
         paper={
-            by_name["isotropic_by_validation"]: PAPERS_RMSE,
-            by_name["polynomial_12"]: PAPERS_POLYNOMIAL_RMSE,
+            by_name["isotropic_by_validation"]: paper.TEST_RMSE,
+            by_name["polynomial_12"]: paper.POLYNOMIAL_RMSE,
         },
     )
     return figure
@@ -202,7 +196,7 @@ def _polynomials(findings: Findings) -> Figure:
         part: np.array([getattr(fit, f"{part}_rmse") for fit in fits])
         for part in ("training", "validation", "test")
     }
-    draw_polynomials(axes[0, 0], np.array([fit.degree for fit in fits]), curves, paper=PAPERS_POLYNOMIAL_RMSE)
+    draw_polynomials(axes[0, 0], np.array([fit.degree for fit in fits]), curves, paper=paper.POLYNOMIAL_RMSE)
     return figure
 
 
@@ -235,7 +229,7 @@ def _learning_curves(findings: Findings) -> Figure:
         name: LearningCurve(np.array(band.median), np.array(band.low), np.array(band.high))
         for name, band in found.curves.items()
     }
-    draw_learning_curves(axes[0, 0], np.array(found.n_train), curves, paper=PAPERS_RMSE)
+    draw_learning_curves(axes[0, 0], np.array(found.n_train), curves, paper=paper.TEST_RMSE)
     return figure
 
 

@@ -17,6 +17,7 @@ from threadpoolctl import threadpool_limits
 from wam_cast.cast import cast_bounds
 from wam_cast.errors import InputError
 from wam_cast.evaluation.experiment.results import Band, LearningCurves, floats
+from wam_cast.evaluation.experiment.settings import OnProgress
 from wam_cast.evaluation.experiment.statistics import rmse
 from wam_cast.learning import baselines
 from wam_cast.learning.baselines import Bounds
@@ -28,7 +29,6 @@ from wam_cast.learning.workers import Workers, run_rows
 from wam_cast.scenario import Scenario
 
 Array = NDArray[np.float64]
-Report = Callable[[int, int], None]
 
 SIZES = (25, 50, 100, 200, 400, 800, 1300)
 MAX_DEGREE = 8
@@ -46,7 +46,7 @@ class _Task:
 
 
 def learn_with_fewer_casts(
-    scenario: Scenario, parts: Parts, seed: int, n_repeats: int, workers: Workers, report: Report
+    scenario: Scenario, parts: Parts, seed: int, n_repeats: int, workers: Workers, report: OnProgress
 ) -> LearningCurves:
     """Return the validation RMSE of estimators that were chosen and fitted on random subsets of the training casts alone.
 

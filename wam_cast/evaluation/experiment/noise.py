@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,7 +16,7 @@ from wam_cast.evaluation.experiment.results import (
     maybe_floats,
 )
 from wam_cast.evaluation.experiment.selection import regularization_curve, select_per_parameter
-from wam_cast.evaluation.experiment.settings import Settings
+from wam_cast.evaluation.experiment.settings import OnProgress, Settings
 from wam_cast.evaluation.experiment.statistics import rmse
 from wam_cast.learning.dataset import CastDataset
 from wam_cast.learning.forward_model import ForwardModel
@@ -26,7 +24,6 @@ from wam_cast.learning.parts import Parts, split_casts
 from wam_cast.learning.workers import Workers
 
 Array = NDArray[np.float64]
-Report = Callable[[int, int], None]
 
 
 def study_noise(
@@ -35,7 +32,7 @@ def study_noise(
     noisy_data: CastDataset,
     clean_chosen: Chosen,
     workers: Workers,
-    report: Report,
+    report: OnProgress,
 ) -> Noise:
     """Fit models to noisy casts, measure them, and execute plans with the noise on.
 

@@ -16,6 +16,7 @@ from markdown_it import MarkdownIt
 from wam_cast.evaluation.experiment.figures import CAPTIONS, draw_figures
 from wam_cast.evaluation.experiment.findings import Findings
 from wam_cast.evaluation.experiment.results import Trial
+from wam_cast.evaluation.experiment.settings import OnProgress
 from wam_cast.evaluation.experiment.store import RunDirectory
 from wam_cast.files import write_file
 from wam_cast.learning.workers import Workers
@@ -40,9 +41,7 @@ FAILURES: dict[str, str] = {
 """Kinds of failure in words."""
 
 
-def write_report(
-    findings: Findings, directory: RunDirectory, workers: Workers, report: Callable[[int, int], None]
-) -> None:
+def write_report(findings: Findings, directory: RunDirectory, workers: Workers, report: OnProgress) -> None:
     """Draw the figures and write the report's files; what was there before is replaced."""
     started = time.perf_counter()
     n_steps = len(CAPTIONS) + 1

@@ -13,11 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import BaseModel, ConfigDict
 
-PAPERS_SIGMA = 0.35
-PAPERS_RMSE = 0.0224
-PAPERS_POLYNOMIAL_RMSE = 0.217
-"""Of the paper: sigma, and the test RMSE of its kernel regression and of its polynomial [m]."""
-
 Floats = tuple[float, ...]
 MaybeFloats = tuple[float | None, ...]
 
@@ -118,11 +113,6 @@ class PolynomialFit(Result):
     training_rmse: float
     validation_rmse: float
     test_rmse: float
-
-    @property
-    def distance_from_paper(self) -> float:
-        """How far the test RMSE is from that of the paper's polynomial [m]."""
-        return abs(self.test_rmse - PAPERS_POLYNOMIAL_RMSE)
 
 
 class Residuals(Result):

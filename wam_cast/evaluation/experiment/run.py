@@ -31,7 +31,7 @@ from wam_cast.evaluation.experiment.results import (
     maybe_floats,
 )
 from wam_cast.evaluation.experiment.selection import select_models
-from wam_cast.evaluation.experiment.settings import Settings
+from wam_cast.evaluation.experiment.settings import OnProgress, Settings
 from wam_cast.evaluation.experiment.store import RunDirectory
 from wam_cast.learning.dataset import CastDataset, generate_dataset
 from wam_cast.learning.forward_model import ForwardModel
@@ -42,7 +42,6 @@ from wam_cast.scenario import Scenario
 Progress = Callable[[str, int, int], None]
 """Takes a phase's title, how much of it is done, and how much there is."""
 
-Report = Callable[[int, int], None]
 R = TypeVar("R", bound=Result)
 
 
@@ -132,7 +131,7 @@ class _Run:
 
         write_report(findings, self._directory, self._workers, report)
 
-    def _phase(self, title: str, kind: type[R], compute: Callable[[Report], R]) -> R:
+    def _phase(self, title: str, kind: type[R], compute: Callable[[OnProgress], R]) -> R:
         def report(done: int, n: int) -> None:
             self._on_progress(title, done, n)
 
@@ -154,7 +153,7 @@ class _Run:
     def _model(self, chosen: Chosen) -> ForwardModel:
         return ForwardModel.from_hyperparameters(self._casts, chosen.sigma, chosen.regularization)
 
-    def _execute(self, chosen: Chosen, report: Report) -> Executions:
+    def _execute(self, chosen: Chosen, report: OnProgress) -> Executions:
         model = self._model(chosen)
         throwers = [Thrower(planner, planner, model) for planner in PLANNERS]
         settings = self._settings
@@ -163,13 +162,13 @@ class _Run:
         )
         return Executions(planners=found)
 
-    def _sample(self, report: Report) -> Samples:
+    def _sample(self, report: OnProgress) -> Samples:
         return self._generate(self._settings.scenario, self._directory.casts, report)
 
-    def _sample_with_noise(self, report: Report) -> Samples:
+    def _sample_with_noise(self, report: OnProgress) -> Samples:
         return self._generate(self._settings.noisy_scenario, self._directory.noisy_casts, report)
 
-    def _generate(self, scenario: Scenario, directory: Path, report: Report) -> Samples:
+    def _generate(self, scenario: Scenario, directory: Path, report: OnProgress) -> Samples:
         settings = self._settings
         data = generate_dataset(
             scenario,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from concurrent.futures import Executor
 from functools import partial
 from pathlib import Path
 
@@ -41,10 +42,10 @@ DPI = 180
 """Of pixel pictures."""
 
 
-def draw_figures(findings: Findings, folder: Path, workers: Workers) -> Iterator[str]:
+def draw_figures(findings: Findings, folder: Path, executor: Executor | Workers) -> Iterator[str]:
     """Draw all figures and write each as PDF and PNG into `folder`; yield the name of each that is done."""
     names = list(_FIGURES)
-    drawn = run_rows(partial(_draw_and_write, findings, folder, names), range(len(names)), workers)
+    drawn = run_rows(partial(_draw_and_write, findings, folder, names), range(len(names)), executor)
     for name, done in zip(names, drawn, strict=True):
         if done is None:
             raise InputError(f"{name}: its process died; free memory and start again")

@@ -76,6 +76,12 @@ def select_models(scenario: Scenario, parts: Parts, report: OnProgress) -> Selec
     )
 
 
+def make_estimator(scenario: Scenario, chosen: Chosen) -> KernelRidge:
+    """Return the unfitted estimator with hyperparameters that were chosen."""
+    sigma = chosen.sigma[0] if len(chosen.sigma) == 1 else np.array(chosen.sigma)
+    return KernelRidge(sigma=sigma, regularization=chosen.regularization, input_bounds=cast_bounds(scenario))
+
+
 def select_per_parameter(scenario: Scenario, parts: Parts) -> Chosen:
     """Choose a sigma for each parameter and lambda; the test part stays closed."""
     return _Errors(cast_bounds(scenario), parts).chosen(tune_model(scenario, parts.train))

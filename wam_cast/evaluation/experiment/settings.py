@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import shlex
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
@@ -77,11 +78,14 @@ class Settings:
         """Of the software that numbers come from."""
         return current_versions() | {package: version(package) for package in ("scipy", "scikit-learn")}
 
-    @property
-    def command(self) -> str:
-        """The command line that runs this again; `scenario.yaml` is beside the report."""
-        own = " --scenario scenario.yaml" if self.own_scenario != Scenario() else ""
-        return f"wam-cast reproduce --seed {self.seed}{own}{' --quick' if self.is_quick else ''} --out DIR"
+    def command(self, directory: Path) -> str:
+        """Return the command line of the run in `directory`; its scenario is there too."""
+        words = ["wam-cast", "reproduce", "--seed", str(self.seed), "--out", str(directory)]
+        if self.own_scenario != Scenario():
+            words += ["--scenario", str(directory / "scenario.yaml")]
+        if self.is_quick:
+            words.append("--quick")
+        return shlex.join(words)
 
     @property
     def own_scenario(self) -> Scenario:

@@ -8,6 +8,7 @@ import pytest
 import wam_cast as wc
 from wam_cast.cast import Cast
 from wam_cast.evaluation.experiment import execution, figures, learning_curves, run, settings
+from wam_cast.evaluation.experiment.figures import CAPTIONS
 from wam_cast.learning import dataset
 from wam_cast.learning.sampling import sample_cast
 from wam_cast.system.outcome import Outcome, Status
@@ -78,4 +79,5 @@ def finished(no_physics, tmp_path_factory):
     folder = tmp_path_factory.mktemp("finished")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(run, "write_report", lambda *_: None)
+        patch.setattr(run, "draw_figures", lambda *_: iter(CAPTIONS))
         return run.reproduce(wc.Scenario(), folder, quick=True), folder

@@ -8,6 +8,7 @@ import pytest
 
 import wam_cast as wc
 from wam_cast.evaluation.experiment import comparison, run, selection
+from wam_cast.evaluation.experiment.figures import CAPTIONS
 from wam_cast.evaluation.experiment.findings import TEST_ROWS
 from wam_cast.learning.parts import Parts
 
@@ -16,6 +17,7 @@ from wam_cast.learning.parts import Parts
 def reproduce(no_physics, monkeypatch, tmp_path):
     """Return a function that runs the experiment without physics and without its report."""
     monkeypatch.setattr(run, "write_report", lambda *_: None)
+    monkeypatch.setattr(run, "draw_figures", lambda *_: iter(CAPTIONS))
 
     def function(name="run", **options):
         return run.reproduce(wc.Scenario(), tmp_path / name, quick=True, **options)
@@ -61,9 +63,10 @@ def test_an_interrupted_run_goes_on_and_finds_the_same(finished, reproduce):
 def test_a_finished_run_computes_nothing_again(finished, monkeypatch):
     findings, folder = finished
     monkeypatch.setattr(run, "write_report", lambda *_: None)
+    monkeypatch.setattr(run, "draw_figures", lambda *_: iter(CAPTIONS))
     seen = set()
     again = run.reproduce(wc.Scenario(), folder, quick=True, on_progress=lambda title, *_: seen.add(title))
-    assert not seen
+    assert seen == {"figures"}
     assert again == findings
 
 

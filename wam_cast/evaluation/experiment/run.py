@@ -88,7 +88,7 @@ def reproduce(
     with RunDirectory(directory, settings) as store, Workers() as workers, threadpool_limits(1):
         run = _Run(settings, store, executor or workers, report)
         findings = run.findings()
-        with store.timed("figures-and-report"):
+        with store.timed("figures"):
             run.draw_figures(findings)
         write_report(findings, store)
     return findings

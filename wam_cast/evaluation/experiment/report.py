@@ -105,7 +105,7 @@ def explain(trial: Trial, scenario: Scenario, others: str = "the model") -> str:
     if trial.executed_offset is None or trial.executed_across is None:
         return "the ball never came down to the rim plane"
     if trial.is_feasible:
-        plan = f"the planner was content with {1e3 * trial.predicted_offset:+.1f} mm from the middle"
+        plan = f"the planner was content with {_signed_mm(trial.predicted_offset)} mm from the middle"
     else:
         plan = (
             f"the planner found no cast within {1e3 * LONGEST_MISS:g} mm and kept its best one, "
@@ -113,7 +113,7 @@ def explain(trial: Trial, scenario: Scenario, others: str = "the model") -> str:
         )
     error = trial.executed_offset - trial.predicted_offset
     return (
-        f"{plan}; {others} added {1e3 * error:+.1f} mm along and {1e3 * trial.executed_across:+.1f} mm across; the ball came in "
+        f"{plan}; {others} added {_signed_mm(error)} mm along and {_signed_mm(trial.executed_across)} mm across; the ball came in "
         f"{1e3 * (trial.executed_miss or 0.0):.1f} mm from the middle, at {math.degrees(trial.entry_angle or 0.0):.0f}° from the "
         f"vertical; falling straight down it would clear the rim by {1e3 * clear_radius(scenario):.0f} mm"
     )
@@ -131,6 +131,11 @@ def render_html(markdown: str, folder: Path) -> str:
         f'<meta name="viewport" content="width=device-width, initial-scale=1">\n<style>{_STYLE}</style>\n'
         f"</head>\n<body>\n{body}</body>\n</html>\n"
     )
+
+
+def _signed_mm(value: float) -> str:
+    # Adding 0 turns a rounded -0 into 0.
+    return f"{round(1e3 * value, 1) + 0:+.1f}"
 
 
 def _scaled(factor: float, digits: int) -> Callable[..., str]:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-SMALLEST, LARGEST = 1.5, 30.0
+SMALLEST, LARGEST = 1.0, 36.0
 """Area of the dots of the smallest and the largest residual [pt^2]."""
 
 MOST_DECADES = 3.0
@@ -43,7 +43,7 @@ def draw_residual_map(axes: Axes, x: Array, y: Array, residuals: Array, *, xlabe
     smallest = max(np.min(sizes[known], initial=largest), largest * 10**-MOST_DECADES)
     norm = LogNorm(min(smallest, 0.5 * largest), largest, clip=True)
     order = np.flatnonzero(known)[np.argsort(sizes[known])]  # the worst on top
-    areas = SMALLEST + (LARGEST - SMALLEST) * np.asarray(norm(sizes[order])) ** 2
+    areas = SMALLEST + (LARGEST - SMALLEST) * np.asarray(norm(sizes[order])) ** 3  # most are small
     dots = axes.scatter(
         x[order],
         y[order],

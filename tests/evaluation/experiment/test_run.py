@@ -60,7 +60,7 @@ def test_an_interrupted_run_goes_on_and_finds_the_same(finished, reproduce):
     assert "execution" in seen
 
 
-def test_a_finished_run_computes_nothing_again(finished, monkeypatch):
+def test_a_finished_run_computes_nothing_again(no_physics, finished, monkeypatch):
     findings, folder = finished
     monkeypatch.setattr(run, "write_report", lambda *_: None)
     monkeypatch.setattr(run, "draw_figures", lambda *_: iter(CAPTIONS))

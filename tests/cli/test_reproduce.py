@@ -67,6 +67,7 @@ def test_a_run_is_interrupted_goes_on_and_shows_what_it_found(start, process, fo
     assert began.returncode == 130
     assert "Go on with: wam-cast reproduce --seed 0 --out run --quick" in err
     assert "Traceback" not in err
+    assert "Exception in thread" not in err
 
     result = process("reproduce", "--quick", "--out", "run", "--json")
     assert result.code == 0

@@ -11,7 +11,8 @@ from wam_cast.evaluation.experiment.results import (
     Descent,
     ErrorCurve,
     Execution,
-    Noise,
+    NoiseStudy,
+    NoisyModel,
     Selection,
     Statistics,
     Trial,
@@ -19,8 +20,18 @@ from wam_cast.evaluation.experiment.results import (
 from wam_cast.evaluation.style import figure_style
 from wam_cast.scenario import Scenario
 
-NONE = Statistics(mean=None, median=None, p95=None, max=None)
+NONE = Statistics(n=0, mean=None, median=None, p95=None, max=None)
 CURVE = ErrorCurve(x=(0.1, 1.0), validation_rmse=(0.01, 0.02), leave_one_out_rmse=(0.03, None))
+
+
+MODEL = NoisyModel(
+    label="",
+    sigma=(1.0,),
+    regularization=0.1,
+    test_rmse=1.0,
+    test_rmse_interval=(0.9, 1.1),
+    noise_free_rmse=1.0,
+)
 
 
 def trial(cup, along, miss, status):
@@ -33,6 +44,7 @@ def trial(cup, along, miss, status):
         predicted_offset=-0.001,
         predicted_miss=0.001,
         executed_offset=along,
+        executed_across=None if along is None else 0.0,
         executed_miss=miss,
         entry_angle=None,
         status=status,
@@ -58,6 +70,9 @@ def execution(label):
         predicted_miss=NONE,
         executed_miss=NONE,
         failures={"never_crossed": 1},
+        n_no_plan=0,
+        n_no_plan_caught=0,
+        n_touched=0,
         trials=TRIALS,
     )
 
@@ -73,13 +88,15 @@ def noise_figure():
         "program, learned with noise",
         "program, learned without noise",
     )
-    noise = Noise(
+    noise = NoiseStudy(
         levels={},
+        statuses={"landed": 2},
+        test_floor=0.01,
         along=(0.01, None),
         across=(0.001, None),
         along_std=0.01,
         across_std=0.001,
-        models=({"label": "", "sigma": (1.0,), "regularization": 0.1, "test_rmse": 1, "noise_free_rmse": 1},),
+        models=(MODEL,),
         regularization_curve=CURVE,
         executions=tuple(execution(label) for label in labels),
     )

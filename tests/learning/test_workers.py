@@ -32,7 +32,7 @@ def test_a_row_that_kills_its_process_in_a_later_batch_loses_itself_alone(helper
 
 def test_a_batch_that_was_left_early_keeps_nobody_waiting(helper):
     with Workers(1) as workers:
-        results = workers.run(helper.sleep, [0, 60, 60])
+        results = workers.run(helper.sleep, [0, 40, 40])
         next(results)
         start = time.perf_counter()
         results.close()
@@ -46,3 +46,10 @@ def test_a_batch_that_failed_keeps_nobody_waiting(helper):
             list(workers.run(helper.square, [0, 100, 2]))
         assert list(workers.run(helper.square, [2, 4])) == [4, 16]
         assert list(workers.run(helper.square, [])) == []
+
+
+def test_rows_beside_the_one_that_kills_its_process_are_not_lost_in_a_later_batch_either(helper):
+    with Workers(2) as workers:
+        assert len(list(workers.run(helper.process, range(4)))) == 4
+        found = list(workers.run(helper.square, range(6)))
+        assert found == [None if row == 3 else row * row for row in range(6)]

@@ -20,8 +20,14 @@ def ctrl_c(process):
     """Interrupt a process as a terminal does: with all that it has started."""
     os.killpg(process.pid, signal.SIGINT)
     out, err = process.communicate(timeout=60)
-    assert "Traceback" not in err
+    check_quiet(err)
     return out, err
+
+
+def check_quiet(err):
+    """Say that an interruption has shown nothing of the program's inside."""
+    assert "Traceback" not in err
+    assert "Exception in thread" not in err
 
 
 def wait_for(condition, process, seconds=120):
@@ -115,6 +121,21 @@ def test_an_interrupted_generation_goes_on_to_the_same_dataset(start, process, f
         assert (casts / name).read_bytes() == content
     assert process(*words, "--out", "whole").code == 0
     pd.testing.assert_frame_equal(wc.CastDataset.load("a b").frame, wc.CastDataset.load("whole").frame)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "words", ["generate --casts 250 --workers 2 --out run", "reproduce --quick --out run"]
+)
+def test_an_interruption_amid_the_casts_shows_nothing_of_the_inside(start, folder, words):
+    running = start(*words.split())
+    wait_for(lambda: list(folder.rglob("part-00000.parquet")), running)
+    _, err = ctrl_c(running)
+    assert running.returncode == 130
+    assert "Go on with: wam-cast" in err
+    assert not list(folder.rglob("part-00002.parquet"))
+    assert not list(folder.rglob("report.md"))
+    assert err.endswith("interrupted\n")
 
 
 @pytest.mark.slow

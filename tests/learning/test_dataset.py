@@ -390,37 +390,6 @@ def test_what_is_no_dataset_is_refused(tmp_path, manifest):
 
 # --- workers
 
-HELPER = """
-import os
-import time
-
-def sleep(row):
-    time.sleep(row)
-
-def square(row):
-    if row in (3, 11):
-        os._exit(7)
-    if row == 100:
-        raise ZeroDivisionError("row 100")
-    return row * row
-
-def row_or_death(scenario, seed, row):
-    if row == 1:
-        os._exit(7)
-    return {"cast": row, "status": "landed"}
-"""
-
-
-@pytest.fixture
-def helper(tmp_path, monkeypatch):
-    """A module that worker processes can import."""
-    (tmp_path / "dataset_test_helper.py").write_text(HELPER)
-    monkeypatch.syspath_prepend(tmp_path)
-    import dataset_test_helper
-
-    yield dataset_test_helper
-    del sys.modules["dataset_test_helper"]
-
 
 def test_only_the_row_that_brings_down_its_process_is_lost(helper):
     assert list(run_rows(helper.square, range(13), n_workers=2)) == [

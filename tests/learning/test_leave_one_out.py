@@ -1,3 +1,5 @@
+from contextlib import contextmanager
+
 import numpy as np
 import pytest
 from sklearn.base import clone
@@ -228,3 +230,23 @@ def test_wrong_parameter_is_named_with_what_is_allowed(data, options, message):
 def test_one_row_is_refused():
     with pytest.raises(ValueError, match=r"n_samples=1 .* at least 2"):
         tune_by_leave_one_out([[1.0, 2.0]], [3.0])
+
+
+def test_the_search_runs_in_one_thread(monkeypatch):
+    events = []
+    loss = leave_one_out._TrainingData.loss
+
+    @contextmanager
+    def limits(number):
+        events.append(number)
+        yield
+        events.append("end")
+
+    monkeypatch.setattr(leave_one_out, "threadpool_limits", limits)
+    monkeypatch.setattr(
+        leave_one_out._TrainingData, "loss", lambda *args: events.append("loss") or loss(*args)
+    )
+    X = np.random.default_rng(0).uniform(size=(20, 2))
+    tune_by_leave_one_out(X, X.sum(axis=1), max_steps=3)
+    assert (events[0], events[-1]) == (1, "end")
+    assert set(events[1:-1]) == {"loss"}

@@ -30,6 +30,10 @@ FloatArray = NDArray[np.float64]
 Bounds = tuple[FloatArray, FloatArray]
 
 
+KERNEL_ROWS = 400
+"""Training casts that choose the Gaussian process's kernel: each try costs their number cubed."""
+
+
 def constant() -> DummyRegressor:
     """Return what predicts the mean of the training landings, whatever the cast."""
     return DummyRegressor(strategy="mean")
@@ -219,7 +223,7 @@ class SubsetTuned(RegressorMixin, BaseEstimator):
         Given all rows.
     """
 
-    def __init__(self, process: GaussianProcessRegressor, n_rows: int = 400) -> None:
+    def __init__(self, process: GaussianProcessRegressor, n_rows: int = KERNEL_ROWS) -> None:
         self.process = process
         self.n_rows = n_rows
 

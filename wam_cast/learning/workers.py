@@ -24,7 +24,7 @@ LOOKAHEAD = 1000
 class Workers:
     """Processes on this machine that run functions over rows, one batch of rows after the other; a context manager.
 
-    They start with the first batch and end with the context: at once if it ends by an exception.
+    They start with the first batch and end with the context: at once if it, or a batch, ends by an exception.
 
     Parameters
     ----------
@@ -58,11 +58,15 @@ class Workers:
         while done < len(rows):
             pool = self._pool = self._pool or _WorkerPool(self._n_workers)
             try:
-                for result in _results(pool, function, rows[done:]):
+                for result in _results(pool, function, rows[done:], deque()):
                     yield result
                     done += 1
             except BrokenProcessPool as error:
                 self.__exit__(type(error), error, error.__traceback__)
+            except BaseException as error:
+                # What was handed out and is not wanted any more must not keep the next batch waiting.
+                self.__exit__(type(error), error, error.__traceback__)
+                raise
             else:
                 return
             # A dead process takes the whole pool with it. The guilty row is among the oldest unfinished ones, or soon will be.
@@ -99,7 +103,12 @@ def run_rows(
         Whatever `function` raises.
     """
     if isinstance(executor, Executor):
-        yield from _results(executor, function, rows)
+        pending: deque[Future[T]] = deque()
+        try:
+            yield from _results(executor, function, rows, pending)
+        finally:
+            for future in pending:
+                future.cancel()
     elif executor is not None:
         yield from executor.run(function, rows)
     else:
@@ -114,19 +123,16 @@ def available_processors() -> int:
     return os.cpu_count() or 1
 
 
-def _results(executor: Executor, function: Callable[[int], T], rows: Sequence[int]) -> Generator[T]:
-    """Yield the results in order; what was handed out and is not begun is cancelled when the generator is closed."""
-    pending: deque[Future[T]] = deque()
-    try:
-        for row in rows:
-            pending.append(executor.submit(function, row))
-            if len(pending) == LOOKAHEAD:
-                yield pending.popleft().result()
-        while pending:
+def _results(
+    executor: Executor, function: Callable[[int], T], rows: Sequence[int], pending: deque[Future[T]]
+) -> Generator[T]:
+    """Yield the results in order; `pending` holds what was handed out and is not back yet."""
+    for row in rows:
+        pending.append(executor.submit(function, row))
+        if len(pending) == LOOKAHEAD:
             yield pending.popleft().result()
-    finally:
-        for future in pending:
-            future.cancel()
+    while pending:
+        yield pending.popleft().result()
 
 
 def _run_alone(function: Callable[[int], T], row: int) -> T | None:

@@ -1,6 +1,7 @@
 """The experiment without physics: casts land where a closed form says, and nothing leaves this process."""
 
 import math
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 import wam_cast as wc
 from wam_cast.cast import Cast
 from wam_cast.evaluation.experiment import execution, figures, learning_curves, run, settings
+from wam_cast.evaluation.experiment.figures import CAPTIONS
 from wam_cast.learning import dataset
 from wam_cast.learning.sampling import sample_cast
 from wam_cast.system.outcome import Outcome, Status
@@ -59,8 +61,8 @@ def fake_outcome(scenario, cast: Cast, cup=None, *, noise_seed=0):
     )
 
 
-@pytest.fixture(scope="module")
-def no_physics():
+@contextmanager
+def without_physics():
     """Replace what simulates and what starts processes, and make runs small."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(dataset, "simulate_row", fake_row)
@@ -69,13 +71,33 @@ def no_physics():
             patch.setattr(module, "run_rows", inline)
         patch.setattr(learning_curves, "SIZES", (25,))
         patch.setattr(settings, "QUICK", settings.Size(n_casts=85, n_cups=6, n_repeats=1))
+        yield patch
+
+
+@pytest.fixture
+def no_physics():
+    """Work without physics and without processes, on small runs."""
+    with without_physics():
         yield
 
 
-@pytest.fixture(scope="module")
-def finished(no_physics, tmp_path_factory):
+@pytest.fixture(scope="session")
+def finished(tmp_path_factory):
     """Return the findings of a run without physics, and its folder; there is no report yet."""
     folder = tmp_path_factory.mktemp("finished")
-    with pytest.MonkeyPatch.context() as patch:
+    with without_physics() as patch:
         patch.setattr(run, "write_report", lambda *_: None)
+        patch.setattr(run, "draw_figures", lambda *_: iter(CAPTIONS))
         return run.reproduce(wc.Scenario(), folder, quick=True), folder
+
+
+@pytest.fixture
+def casts(finished):
+    """Return the casts of the finished run, 65 of them to train, 15 to validate and 5 to test with."""
+    return wc.CastDataset.load(finished[1] / "casts")
+
+
+@pytest.fixture
+def noisy_casts(finished):
+    """Return the same casts with noise."""
+    return wc.CastDataset.load(finished[1] / "noisy_casts")

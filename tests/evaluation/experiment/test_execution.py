@@ -21,6 +21,7 @@ def trial(**changes):
         "predicted_offset": 0.006,
         "predicted_miss": 0.006,
         "executed_offset": 0.014,
+        "executed_across": 0.002,
         "executed_miss": 0.014,
         "entry_angle": 0.5,
         "status": "rim_bounce",
@@ -30,20 +31,19 @@ def trial(**changes):
 
 
 def test_summary_counts_failures_by_kind():
-    caught = trial(status="caught")
-    trials = [caught, caught, trial(), trial(status="short"), trial(status="long", is_feasible=False)]
-    found = summarize("label", "gradient", trials)
+    caught = trial(status="caught", executed_miss=0.004)
+    lucky = trial(status="caught", is_feasible=False, executed_miss=0.012)
+    trials = [caught, lucky, trial(), trial(status="short"), trial(status="long", is_feasible=False)]
+    found = summarize("label", "gradient", 0.01, trials)
     assert (found.n_cups, found.n_caught, found.hit_rate) == (5, 2, 0.4)
-    assert found.failures == {"no_plan": 1, "rim_bounce": 1, "short": 1}
+    assert found.failures == {"long": 1, "rim_bounce": 1, "short": 1}
     assert sum(found.failures.values()) == found.n_cups - found.n_caught
-
-
-def test_a_ball_that_is_caught_is_no_failure_even_if_the_plan_was_poor():
-    assert trial(status="caught", is_feasible=False).failure is None
+    assert (found.n_no_plan, found.n_no_plan_caught) == (2, 1)
+    assert found.n_touched == 1  # the lucky one
 
 
 def test_misses_are_those_of_the_trials():
-    found = summarize("label", "gradient", [trial(executed_miss=m) for m in (0.001, 0.002, 0.006)])
+    found = summarize("label", "gradient", 0.01, [trial(executed_miss=m) for m in (0.001, 0.002, 0.006)])
     assert found.executed_miss.mean == pytest.approx(0.003)
     assert found.executed_miss.median == pytest.approx(0.002)
     assert found.predicted_miss.max == pytest.approx(0.006)
@@ -73,7 +73,7 @@ def test_cups_lie_evenly_over_the_reach(no_physics):
     throwers = [Thrower("a", "gradient", model), Thrower("b", "program", model)]
     seen = []
     found = execute_plans(
-        wc.Scenario(), throwers, 6, workers=Workers(), report=lambda *done: seen.append(done)
+        wc.Scenario(), throwers, 6, executor=Workers(), report=lambda *done: seen.append(done)
     )
     assert [one.label for one in found] == ["a", "b"]
     for one in found:
@@ -93,20 +93,29 @@ def test_every_cup_has_noise_of_its_own_and_every_thrower_the_same(no_physics, m
 
     monkeypatch.setattr(execution, "simulate_cast", outcome)
     throwers = [Thrower(name, "gradient", wc.reference_model()) for name in "ab"]
-    execute_plans(wc.Scenario(), throwers, 3, noise_seed=7, workers=Workers(), report=lambda *_: None)
-    assert seeds == [7, 8, 9, 7, 8, 9]
+    execute_plans(wc.Scenario(), throwers, 3, seed=7, executor=Workers(), report=lambda *_: None)
+    assert seeds[:3] == seeds[3:]
+    assert len(set(seeds)) == 3
+    first, seeds[:] = seeds[:], []
+    execute_plans(wc.Scenario(), throwers, 3, seed=8, executor=Workers(), report=lambda *_: None)
+    assert not set(first) & set(seeds)
 
 
 def test_explanation_adds_up():
     text = explain(trial(), wc.Scenario())
     assert "+6.0 mm" in text  # the plan
-    assert "+8.0 mm" in text  # the model
-    assert "+14.0 mm" in text  # together
+    assert "+8.0 mm along" in text  # the model
+    assert "+2.0 mm across" in text
+    assert "14.0 mm from the middle" in text  # all of it
     assert "29°" in text
+    assert "clear the rim by 10 mm" in text
 
 
-def test_explanation_names_limits_and_missing_plans():
+def test_explanation_names_what_else_went_wrong():
     scenario = wc.Scenario()
     assert "joint 4 speed" in explain(trial(limits_hit=("joint 4 speed",)), scenario)
     assert "found no cast within 10 mm" in explain(trial(is_feasible=False, predicted_miss=0.02), scenario)
-    assert "never came down" in explain(trial(executed_offset=None, executed_miss=None), scenario)
+    nowhere = {"executed_offset": None, "executed_across": None, "executed_miss": None}
+    assert "never came down" in explain(trial(**nowhere), scenario)
+    broken = trial(status="diverged", limits_hit=("joint 2 speed",), **nowhere)
+    assert explain(broken, scenario) == "its numbers left all bounds"

@@ -2,12 +2,16 @@
 
 import json
 import math
+from contextlib import contextmanager
 
 import numpy as np
+import pandas as pd
 import pytest
+from threadpoolctl import threadpool_limits
 
 import wam_cast as wc
 from wam_cast.evaluation.experiment import comparison, run, selection
+from wam_cast.evaluation.experiment.figures import CAPTIONS
 from wam_cast.evaluation.experiment.findings import TEST_ROWS
 from wam_cast.learning.parts import Parts
 
@@ -16,6 +20,7 @@ from wam_cast.learning.parts import Parts
 def reproduce(no_physics, monkeypatch, tmp_path):
     """Return a function that runs the experiment without physics and without its report."""
     monkeypatch.setattr(run, "write_report", lambda *_: None)
+    monkeypatch.setattr(run, "draw_figures", lambda *_: iter(CAPTIONS))
 
     def function(name="run", **options):
         return run.reproduce(wc.Scenario(), tmp_path / name, quick=True, **options)
@@ -58,12 +63,13 @@ def test_an_interrupted_run_goes_on_and_finds_the_same(finished, reproduce):
     assert "execution" in seen
 
 
-def test_a_finished_run_computes_nothing_again(finished, monkeypatch):
+def test_a_finished_run_computes_nothing_again(no_physics, finished, monkeypatch):
     findings, folder = finished
     monkeypatch.setattr(run, "write_report", lambda *_: None)
+    monkeypatch.setattr(run, "draw_figures", lambda *_: iter(CAPTIONS))
     seen = set()
     again = run.reproduce(wc.Scenario(), folder, quick=True, on_progress=lambda title, *_: seen.add(title))
-    assert not seen
+    assert seen == {"figures"}
     assert again == findings
 
 
@@ -86,6 +92,68 @@ def test_test_part_is_opened_once_and_last(reproduce, monkeypatch):
     # Once for the casts without noise, after all fits, and once for those with noise.
     assert events.count("open") == 2
     assert "fit" not in events[events.index("open") :]
+
+
+def test_all_phases_share_one_split(reproduce, monkeypatch):
+    seen = []
+
+    def spied(name):
+        function = getattr(run, name)
+
+        def spy(*args):
+            seen.extend((name, arg) for arg in args if isinstance(arg, Parts))
+            return function(*args)
+
+        return spy
+
+    phases = ("describe_samples", "select_models", "compare", "learn_with_fewer_casts")
+    for name in phases:
+        monkeypatch.setattr(run, name, spied(name))
+    reproduce()
+    assert tuple(name for name, _ in seen) == phases
+    assert len({id(parts) for _, parts in seen}) == 1
+    with pytest.raises(RuntimeError, match="opened already"):
+        seen[0][1].open_test()
+
+
+def test_a_run_uses_one_thread_for_each_process(reproduce, monkeypatch):
+    events = []
+
+    @contextmanager
+    def limits(number):
+        events.append(number)
+        with threadpool_limits(number):
+            yield
+        events.append("end")
+
+    monkeypatch.setattr(run, "threadpool_limits", limits)
+    monkeypatch.setattr(run, "draw_figures", lambda *_: events.append("figures") or iter(CAPTIONS))
+    reproduce(on_progress=lambda title, *_: title in events or events.append(title))
+    assert (events[0], events[-1]) == (1, "end")
+    assert {"casts", "comparison", "noise", "figures"} <= set(events[1:-1])
+
+
+def test_samples_are_described_by_the_training_casts():
+    n = 340  # split into 260, 60 and 20
+    rng = np.random.default_rng(0)
+    columns = ["distance", "speed", "wait", "landing_along", "landing_across", "entry_angle"]
+    frame = pd.DataFrame(rng.uniform(size=(n, 6)), columns=columns)
+    frame["landing_along"] += 5.0 * (frame.index >= 260)
+    frame["landing_across"] *= np.where(frame.index < 260, -0.001, 1.0)
+    frame = frame.assign(status="landed", is_slack=frame.index % 4 == 0)
+    frame.loc[260:, "is_slack"] = True
+    frame.loc[[0, 300], columns[3:]] = np.nan
+    frame.loc[[0, 300], "status"] = "diverged"
+    data = wc.CastDataset(wc.Scenario(), 0, frame)
+    found = run.describe_samples(data, run.split_casts(data))
+    train = frame[1:260]
+    assert (found.n_train, found.n_validation, found.n_test) == (259, 59, 20)
+    assert found.statuses == {"landed": 338, "diverged": 2}
+    for name in ("distance", "speed", "wait", "landing_along"):
+        assert getattr(found, name) == tuple(train[name])
+    assert found.share_slack == 0.25
+    assert found.landing_std == pytest.approx(np.std(train["landing_along"].to_numpy()), rel=1e-12)
+    assert found.largest_across == -train["landing_across"].min()
 
 
 def test_selection_does_not_see_the_test_part(no_physics, tmp_path):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.stats import chi2, norm
 
 from wam_cast.evaluation.experiment.statistics import describe, rmse, rmse_interval, wilson_interval
 
@@ -51,3 +52,13 @@ def test_statistics_of_nothing_are_none():
     found = describe(np.array([np.nan]))
     assert found.mean is None
     assert found.max is None
+
+
+def test_bootstrap_interval_of_a_normal_sample_is_the_one_of_chi_square():
+    n = 1000
+    residuals = 0.01 * norm.ppf((np.arange(n) + 0.5) / n)
+    intervals = np.array([rmse_interval(residuals, seed) for seed in range(8)])
+    low, high = 0.01 * np.sqrt(chi2.ppf([0.025, 0.975], n) / n)
+    # Its width is random by 1 %; that of a 94 % interval is less by 4 %.
+    assert np.mean(intervals[:, 1] - intervals[:, 0]) == pytest.approx(high - low, rel=0.03)
+    np.testing.assert_allclose(intervals.mean(axis=0), (low, high), rtol=0.003)

@@ -89,6 +89,17 @@ def legend_of():
 
 
 @pytest.fixture(scope="session")
+def assert_hides_nothing():
+    """Return a function that checks that the legend of some axes is beside them."""
+
+    def check(axes):
+        axes.figure.draw_without_rendering()
+        assert not axes.get_legend().get_window_extent().padded(-1).overlaps(axes.get_window_extent())
+
+    return check
+
+
+@pytest.fixture(scope="session")
 def line_of():
     """Return a function that returns what is drawn under a label, shape (n, 2)."""
 

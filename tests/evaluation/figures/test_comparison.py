@@ -1,6 +1,7 @@
 """Comparisons: errors with their intervals in the order given, the paper's values beside them."""
 
 import numpy as np
+import pytest
 
 from wam_cast.evaluation.figures.comparison import draw_comparison, draw_polynomials
 
@@ -30,7 +31,24 @@ def test_polynomials_are_drawn_over_whole_degrees(axes, line_of, legend_of, text
     curves = {"training": 0.1 / degrees, "validation": 0.2 / degrees, "test": 0.3 / degrees}
     draw_polynomials(axes, degrees, curves, paper=0.217)
     np.testing.assert_allclose(line_of(axes, "test"), np.column_stack([degrees, 30 / degrees]))
-    np.testing.assert_allclose(line_of(axes, "paper: 21.7 cm"), [[12, 21.7]])
-    assert legend_of(axes) == ["training", "validation", "test", "paper: 21.7 cm"]
+    np.testing.assert_allclose(line_of(axes, "paper, test: 21.7 cm"), [[12, 21.7]])
+    assert legend_of(axes) == ["training", "validation", "test", "paper, test: 21.7 cm"]
     axes.figure.draw_without_rendering()
     assert all(float(tick).is_integer() for tick in axes.get_xticks())
+
+
+def test_errors_that_vanish_are_marked_at_the_edge_and_stretch_no_axis(axes, line_of, assert_hides_nothing):
+    curves = {"training": np.array([0.1, 0.002, 1e-15, 0.0]), "test": np.array([0.1, 0.01, 0.2, np.nan])}
+    draw_polynomials(axes, np.arange(1, 5), curves)
+    np.testing.assert_allclose(line_of(axes, "training")[:, 1], [10, 0.2, np.nan, np.nan])
+    np.testing.assert_allclose(line_of(axes, "training, below 0.01 cm"), [[3, 0], [4, 0]])
+    low, high = axes.get_ylim()
+    assert low == pytest.approx(0.01)
+    assert 20 < high < 100
+    assert_hides_nothing(axes)
+
+
+def test_axis_is_not_stretched_down_to_where_nothing_is(axes, legend_of):
+    draw_polynomials(axes, np.arange(1, 4), {"test": np.array([0.1, 0.02, 0.03])})
+    assert axes.get_ylim()[0] > 1
+    assert legend_of(axes) == ["test"]

@@ -10,14 +10,22 @@ RMSE = np.array([0.02, 0.002, np.nan])
 
 def test_curves_path_and_marks_are_where_they_belong(axes, line_of, legend_of):
     curves = {"validation": RMSE, "leave-one-out": 2 * RMSE}
-    path = (np.array([0.5, 0.8]), np.array([0.01, 0.003]))
-    draw_error_curve(axes, SIGMA, curves, xlabel="σ [1]", path=path, chosen=0.8, paper=0.35)
-    assert legend_of(axes) == ["validation", "leave-one-out", "descent", "chosen: 0.8", "paper: 0.35"]
+    descents = [
+        (np.array([0.5, 0.8]), np.array([0.01, 0.003])),
+        (np.array([3.0, 0.9]), np.array([0.02, 0.004])),
+    ]
+    chosen = {"leave-one-out": 0.8, "validation": 0.35}
+    draw_error_curve(axes, SIGMA, curves, xlabel="σ [1]", descents=descents, chosen=chosen)
+    marks = ["chosen by leave-one-out: 0.8", "chosen by validation: 0.35"]
+    assert legend_of(axes) == ["validation", "leave-one-out", "descents", *marks]
     np.testing.assert_allclose(line_of(axes, "validation"), np.column_stack([SIGMA, [2, 0.2, np.nan]]))
     np.testing.assert_allclose(line_of(axes, "leave-one-out")[:, 1], [4, 0.4, np.nan])
-    np.testing.assert_allclose(line_of(axes, "descent"), [[0.5, 1.0], [0.8, 0.3]])
-    np.testing.assert_allclose(line_of(axes, "chosen: 0.8")[:, 0], 0.8)
-    np.testing.assert_allclose(line_of(axes, "paper: 0.35")[:, 0], 0.35)
+    np.testing.assert_allclose(line_of(axes, "descents"), [[0.5, 1.0], [0.8, 0.3]])
+    np.testing.assert_allclose(line_of(axes, "_"), [[3.0, 2.0], [0.9, 0.4]])
+    np.testing.assert_allclose(line_of(axes, marks[0])[:, 0], 0.8)
+    np.testing.assert_allclose(line_of(axes, marks[1])[:, 0], 0.35)
+    drawn = [line for line in axes.get_legend().get_lines() if line.get_marker() == "None"][-2:]
+    assert len({str(line._unscaled_dash_pattern) for line in drawn}) == 2
     assert axes.get_xscale() == axes.get_yscale() == "log"
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("σ [1]", "RMSE [cm]")
 
@@ -25,6 +33,21 @@ def test_curves_path_and_marks_are_where_they_belong(axes, line_of, legend_of):
 def test_marks_are_left_out_unless_given(axes, legend_of):
     draw_error_curve(axes, SIGMA, {"validation": RMSE}, xlabel="σ [1]")
     assert legend_of(axes) == ["validation"]
+
+
+def test_one_descent_is_called_so_and_the_legend_hides_nothing(
+    axes, line_of, legend_of, assert_hides_nothing
+):
+    draw_error_curve(
+        axes,
+        SIGMA,
+        {"validation": RMSE},
+        xlabel="σ [1]",
+        descents=[(SIGMA, RMSE)],
+        chosen={"validation": 1.0},
+    )
+    assert legend_of(axes) == ["validation", "descent", "chosen by validation: 1"]
+    assert_hides_nothing(axes)
 
 
 def test_ticks_of_a_few_decades_are_plain_numbers(axes, texts_of):

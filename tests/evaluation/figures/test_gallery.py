@@ -71,7 +71,9 @@ CASES = {
     "histogram": Case(draw_histogram, (FIVE,), {"label": "wait [ms]", "scale": 1e3, "bounds": (0.0, 1.0)}),
     "histogram of nothing": Case(draw_histogram, (NONE,), {"label": "wait [s]"}),
     "histogram of nan": Case(draw_histogram, (UNKNOWN,), {"label": "wait [s]", "bounds": (0.0, 1.0)}),
-    "error curve": error_curve(ERRORS, path=(SIGMAS[3:6], ERRORS[3:6]), chosen=0.5, paper=0.35),
+    "error curve": error_curve(
+        ERRORS, descents=[(SIGMAS[3:6], ERRORS[3:6])] * 2, chosen={"validation": 0.5, "leave-one-out": 0.35}
+    ),
     "error curve of nan": error_curve(np.full(30, np.nan)),
     "performance": performance(
         RNG.normal(0, 0.002, 11), np.array([*RNG.normal(0, 0.02, 10), np.nan]), STATUSES, reach=(0.26, 0.98)
@@ -93,10 +95,10 @@ CASES = {
     "learning curves": Case(
         draw_learning_curves,
         (N_TRAIN, {"kernel ridge": LearningCurve(FALLING, 0.8 * FALLING, 1.2 * FALLING)}),
-        {"paper": 0.0224},
+        {"ylabel": "RMSE [cm]", "paper": 0.0224},
     ),
     "learning curves of nan": Case(
-        draw_learning_curves, (FIVE, {"kernel ridge": LearningCurve(UNKNOWN, UNKNOWN, UNKNOWN)})
+        draw_learning_curves, (FIVE, {"kernel ridge": LearningCurve(UNKNOWN, UNKNOWN, UNKNOWN)}), {"ylabel": "RMSE [cm]"}
     ),
     "landing map": landing_map(SLOW_ENOUGH, casts=np.array([[0.3, 0.4, 0.2]])),
     "landing map, all allowed": landing_map(np.ones_like(SLOW_ENOUGH)),
@@ -113,6 +115,7 @@ CASES = {
     "polynomials": Case(
         draw_polynomials, (np.arange(1, 6), {"training": FIVE, "validation": FIVE, "test": FIVE}), {"paper": 0.217}
     ),
+    "polynomials that hit all casts": Case(draw_polynomials, (np.arange(1, 6), {"training": 1e-15 * FIVE})),
     "polynomials of nan": Case(draw_polynomials, (np.arange(1, 6), {"test": UNKNOWN})),
     "landing scatter": Case(draw_landing_scatter, (RNG.normal(0, 0.01, 9), RNG.normal(0, 0.01, 9)), {"clear_radius": 0.01}),
     "landing scatter of nothing": Case(

@@ -60,7 +60,7 @@ def test_row_reads_well_with_one_colour_bar(row, assert_reads_well, assert_apart
     (bar,) = set(row[0].figure.axes) - set(row)
     assert bar.get_ylabel() == "predicted landing [m]"
     assert [panel.get_title() for panel in row] == ["wait 0 ms", "wait 200 ms", "wait 400 ms"]
-    assert (row[0].get_xlabel(), row[0].get_ylabel()) == ("distance [m]", "speed [m/s]")
+    assert (row[0].get_xlabel(), row[0].get_ylabel()) == ("distance [m]", "mean speed [m/s]")
 
 
 def test_what_is_forbidden_is_hatched(row, grid):

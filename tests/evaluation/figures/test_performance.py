@@ -29,14 +29,21 @@ def test_offsets_are_shown_in_millimetres_by_status(performance, line_of, legend
     np.testing.assert_allclose(line_of(performance, "reach")[:, 0], 0.26)
 
 
-def test_cast_that_never_landed_is_marked_at_the_edge(performance):
-    at_edge = [
-        line for line in performance.lines if line.get_transform() == performance.get_xaxis_transform()
-    ]
-    drawn = [
-        line.get_xydata().tolist() for line in at_edge if line.get_marker() == MARKERS[Status.NEVER_CROSSED]
-    ]
-    assert drawn == [[[0.9, 0.0]]]
+def test_cast_that_never_landed_is_marked_within_the_axes_at_their_lower_edge(performance):
+    (mark,) = [line for line in performance.lines if line.get_marker() == MARKERS[Status.NEVER_CROSSED]][1:]
+    performance.figure.draw_without_rendering()
+    column, row = mark.get_transform().transform(mark.get_xydata())[0]
+    assert performance.transData.inverted().transform((column, row))[0] == pytest.approx(0.9)
+    half = (mark.get_markersize() + mark.get_markeredgewidth()) / 2 / 72 * performance.figure.dpi
+    bottom, top = performance.get_window_extent().intervaly
+    assert bottom < row - half
+    assert row + half < bottom + 0.2 * (top - bottom)
+
+
+def test_label_says_what_is_measured_and_the_legend_hides_nothing(performance, assert_hides_nothing):
+    assert performance.get_ylabel().replace("\n", " ") == "signed distance from the cup's middle [mm]"
+    performance.figure.set_size_inches(6.3, 3.0)
+    assert_hides_nothing(performance)
 
 
 def test_bands_are_the_cup_and_the_room_that_it_leaves_the_ball(performance):

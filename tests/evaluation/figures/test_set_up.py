@@ -49,11 +49,11 @@ def test_dimensions_say_what_the_scenario_says_and_are_drawn_to_scale(view):
     spans = {text.split()[0]: (text, ends) for text, ends in view.dimensions.items()}
     for name, length in (("ceiling", 1.346), ("string", 0.6), ("hand", 0.8), ("rim", 0.12)):
         text, ends = spans[name]
-        assert f"{100 * length:g} cm" in text
+        assert f"{length:g} m" in text
         # Perspective and the camera's elevation take little of it.
         scale = np.linalg.norm(np.diff(spans["string"][1], axis=0)) / 0.6
         assert np.linalg.norm(np.diff(ends, axis=0)) == pytest.approx(scale * length, rel=0.12)
-    assert spans["cup"][0] in ("cup 75 cm from the base axis", "cup 32 cm from the base axis")
+    assert spans["cup"][0] in ("cup 0.75 m from the base axis", "cup 0.32 m from the base axis")
 
 
 def test_all_that_is_named_is_in_the_picture(view):

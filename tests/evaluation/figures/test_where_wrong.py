@@ -21,6 +21,9 @@ def test_the_worst_are_on_top_the_largest_and_the_darkest(residual_map):
     np.testing.assert_allclose(dots.get_offsets(), [[0.2, 0.6], [0.4, 0.8], [0.1, 0.5]])
     np.testing.assert_allclose(dots.get_array(), [0.1, 2, 20])
     assert np.all(np.diff(dots.get_sizes()) > 0)
+    # A tenth of the worst residual is told from it by its size alone; 1600 casts do not cover each other.
+    assert dots.get_sizes()[1] < dots.get_sizes()[2] / 2
+    assert dots.get_sizes()[2] <= 40
     dots.update_scalarmappable()
     assert np.all(np.diff(dots.get_facecolors()[:, :3] @ [0.299, 0.587, 0.114]) < 0)
 

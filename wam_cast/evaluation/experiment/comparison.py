@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +12,6 @@ from scipy.stats import norm
 
 from wam_cast.cast import PARAMETERS, cast_bounds
 from wam_cast.evaluation.experiment.results import (
-    Chosen,
     Comparison,
     PolynomialFit,
     Residuals,
@@ -21,6 +19,9 @@ from wam_cast.evaluation.experiment.results import (
     Selection,
     floats,
 )
+from wam_cast.evaluation.experiment.seeds import Purpose, derived_seed
+from wam_cast.evaluation.experiment.selection import make_estimator
+from wam_cast.evaluation.experiment.settings import OnProgress
 from wam_cast.evaluation.experiment.statistics import rmse, rmse_interval
 from wam_cast.learning import baselines
 from wam_cast.learning.kernel_ridge import KernelRidge
@@ -28,10 +29,12 @@ from wam_cast.learning.parts import Part, Parts
 from wam_cast.scenario import Scenario
 
 Array = NDArray[np.float64]
-Report = Callable[[int, int], None]
 
 DEGREES = range(1, 13)
 COVERAGE = np.arange(0.05, 1.0, 0.05)
+WORST = 0.05
+"""Share of the casts that are called the worst."""
+
 N_PREDICTIONS = 1000
 """Casts that are predicted at once to time a prediction."""
 
@@ -48,7 +51,9 @@ class _Fitted:
     fit_s: float
 
 
-def compare(scenario: Scenario, parts: Parts, selection: Selection, seed: int, report: Report) -> Comparison:
+def compare(
+    scenario: Scenario, parts: Parts, selection: Selection, seed: int, report: OnProgress
+) -> Comparison:
     """Fit all estimators to the training casts, then open the test part and measure them there."""
     candidates = _candidates(scenario, selection, seed)
     report(0, len(candidates))
@@ -84,26 +89,26 @@ def compare(scenario: Scenario, parts: Parts, selection: Selection, seed: int, r
     )
 
 
-def kernel_ridge(scenario: Scenario, chosen: Chosen) -> KernelRidge:
-    """Return the unfitted estimator with hyperparameters that were chosen."""
-    sigma = chosen.sigma[0] if len(chosen.sigma) == 1 else np.array(chosen.sigma)
-    return KernelRidge(sigma=sigma, regularization=chosen.regularization, input_bounds=cast_bounds(scenario))
-
-
 def _candidates(scenario: Scenario, selection: Selection, seed: int) -> dict[str, tuple[str, Any]]:
     """Return label and unfitted estimator of each candidate by its name."""
     bounds = cast_bounds(scenario)
     candidates: dict[str, tuple[str, Any]] = {
         "constant": ("mean of the training landings", baselines.constant()),
         "nearest_neighbour": ("nearest neighbour", baselines.nearest_neighbour(bounds)),
-        "neural_network": ("neural network", baselines.neural_network(bounds, seed)),
-        "gaussian_process": ("Gaussian process", baselines.gaussian_process(bounds)),
+        "neural_network": (
+            "neural network",
+            baselines.neural_network(bounds, derived_seed(seed, Purpose.NETWORK)),
+        ),
+        "gaussian_process": (
+            f"Gaussian process (kernel by {baselines.KERNEL_ROWS} casts)",
+            baselines.gaussian_process(bounds),
+        ),
         "isotropic_by_validation": (
             "KRR, one sigma, chosen as in the paper",
-            kernel_ridge(scenario, selection.by_validation),
+            make_estimator(scenario, selection.by_validation),
         ),
-        "isotropic": ("KRR, one sigma", kernel_ridge(scenario, selection.isotropic)),
-        "ard": ("KRR, a sigma for each parameter", kernel_ridge(scenario, selection.per_parameter)),
+        "isotropic": ("KRR, one sigma", make_estimator(scenario, selection.isotropic)),
+        "ard": ("KRR, a sigma for each parameter", make_estimator(scenario, selection.per_parameter)),
     }
     for degree in DEGREES:
         candidates[f"polynomial_{degree}"] = (
@@ -141,7 +146,7 @@ def _row(name: str, fitted: _Fitted, test: Part, seed: int) -> Row:
         name=name,
         label=fitted.label,
         rmse=rmse(residuals),
-        rmse_interval=rmse_interval(residuals, seed),
+        rmse_interval=rmse_interval(residuals, derived_seed(seed, Purpose.BOOTSTRAP)),
         median=float(np.median(errors)),
         p95=float(np.percentile(errors, 95)),
         max=float(np.max(errors)),
@@ -154,11 +159,12 @@ def _row(name: str, fitted: _Fitted, test: Part, seed: int) -> Row:
 def _polynomial(fitted: _Fitted, parts: Parts, test: Part) -> PolynomialFit:
     basis = fitted.estimator[:-1]
     design = basis.transform(parts.train.X)
+    n_rows, n_terms = design.shape
     return PolynomialFit(
         label=fitted.label,
         degree=basis[-1].degree,
-        n_terms=design.shape[1],
-        condition=float(np.linalg.cond(design)),
+        n_terms=n_terms,
+        condition=float(np.linalg.cond(design)) if n_terms <= n_rows else None,
         training_rmse=fitted.training_rmse,
         validation_rmse=fitted.validation_rmse,
         test_rmse=rmse(fitted.estimator.predict(test.X) - test.landing),
@@ -170,8 +176,16 @@ def _held_out(model: KernelRidge, parts: Parts) -> Residuals:
     # Signs as those of a prediction minus what was measured.
     validation = model.predict(parts.validation.X) - parts.validation.landing
     residual = np.concatenate([-model.leave_one_out_residuals(), validation])
+    squares = np.sort(residual**2)[::-1]
     distance, speed, wait = (floats(column) for column in casts.T)
-    return Residuals(distance=distance, speed=speed, wait=wait, residual=floats(residual))
+    return Residuals(
+        distance=distance,
+        speed=speed,
+        wait=wait,
+        residual=floats(residual),
+        worst=WORST,
+        share_of_worst=float(np.sum(squares[: round(WORST * len(squares))]) / np.sum(squares)),
+    )
 
 
 def _empirical_coverage(mean: Array, std: Array, measured: Array) -> tuple[float, ...]:

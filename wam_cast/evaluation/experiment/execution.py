@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from concurrent.futures import Executor
 from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
@@ -12,14 +13,14 @@ from functools import partial
 import numpy as np
 
 from wam_cast.evaluation.experiment.results import Execution, Trial, maybe_float, to_array
+from wam_cast.evaluation.experiment.seeds import Purpose, derived_seed
+from wam_cast.evaluation.experiment.settings import OnProgress
 from wam_cast.evaluation.experiment.statistics import describe, wilson_interval
 from wam_cast.learning.workers import Workers, run_rows
 from wam_cast.planning.plan import Method, Plan, Predictor, plan_cast
 from wam_cast.scenario import Scenario
 from wam_cast.system.outcome import Outcome, Status
 from wam_cast.system.simulation import simulate_cast
-
-Report = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -36,9 +37,9 @@ def execute_plans(
     throwers: Sequence[Thrower],
     n_cups: int,
     *,
-    noise_seed: int = 0,
-    workers: Workers,
-    report: Report,
+    seed: int = 0,
+    executor: Executor | Workers,
+    report: OnProgress,
 ) -> tuple[Execution, ...]:
     """Plan for cups evenly over the model's reach and cast each plan once, for each of the throwers.
 
@@ -52,10 +53,10 @@ def execute_plans(
         Who plans.
     n_cups
         How many cups.
-    noise_seed
+    seed
         Draws the noise.
-    workers
-        Run the casts.
+    executor
+        Runs the casts.
     report
         Called with how much is done, and how much there is: each cast is planned and executed.
     """
@@ -66,14 +67,16 @@ def execute_plans(
         for cup in np.linspace(*thrower.model.reach, n_cups):
             plans.append(plan_cast(thrower.model, (float(cup), 0.0), thrower.planner))
             report(len(plans), n_steps)
-    jobs = [(plan, noise_seed + i % n_cups) for i, plan in enumerate(plans)]
+    jobs = [(plan, derived_seed(seed, Purpose.NOISE, i % n_cups)) for i, plan in enumerate(plans)]
     trials: list[Trial] = []
-    with closing(run_rows(partial(_execute, scenario, jobs), range(len(jobs)), workers)) as outcomes:
+    with closing(run_rows(partial(_execute, scenario, jobs), range(len(jobs)), executor)) as outcomes:
         for plan, outcome in zip(plans, outcomes, strict=True):
             trials.append(make_trial(plan, outcome))
             report(len(plans) + len(trials), n_steps)
     return tuple(
-        summarize(thrower.label, thrower.planner, trials[i * n_cups : (i + 1) * n_cups])
+        summarize(
+            thrower.label, thrower.planner, clear_radius(scenario), trials[i * n_cups : (i + 1) * n_cups]
+        )
         for i, thrower in enumerate(throwers)
     )
 
@@ -96,6 +99,7 @@ def make_trial(plan: Plan, outcome: Outcome | None) -> Trial:
         predicted_offset=float(np.linalg.norm(plan.predicted_landing)) - radius,
         predicted_miss=plan.predicted_miss,
         executed_offset=maybe_float(along - radius),
+        executed_across=None if outcome is None else maybe_float(outcome.landing_across),
         executed_miss=None if outcome is None else maybe_float(outcome.miss),
         entry_angle=None if outcome is None else maybe_float(outcome.entry_angle),
         status=(Status.DIVERGED if outcome is None else outcome.status).value,
@@ -103,19 +107,27 @@ def make_trial(plan: Plan, outcome: Outcome | None) -> Trial:
     )
 
 
-def summarize(label: str, planner: str, trials: list[Trial]) -> Execution:
-    """Return the trials with what they come to."""
-    n_caught = sum(trial.is_caught for trial in trials)
+def clear_radius(scenario: Scenario) -> float:
+    """Return how far from the cup's middle a ball that falls straight down passes the rim without touching it [m]."""
+    return scenario.cup.inner_radius - scenario.ball.radius
+
+
+def summarize(label: str, planner: str, clear: float, trials: list[Trial]) -> Execution:
+    """Return the trials with what they come to; `clear` is the `clear_radius` of their scenario."""
+    caught = [trial for trial in trials if trial.is_caught]
     failures = Counter(trial.failure for trial in trials if trial.failure is not None)
     return Execution(
         label=label,
         planner=planner,
         n_cups=len(trials),
-        n_caught=n_caught,
-        hit_rate=n_caught / len(trials),
-        hit_interval=wilson_interval(n_caught, len(trials)),
+        n_caught=len(caught),
+        hit_rate=len(caught) / len(trials),
+        hit_interval=wilson_interval(len(caught), len(trials)),
         predicted_miss=describe(to_array(trial.predicted_miss for trial in trials)),
         executed_miss=describe(to_array(trial.executed_miss for trial in trials)),
         failures=dict(sorted(failures.items())),
+        n_no_plan=sum(not trial.is_feasible for trial in trials),
+        n_no_plan_caught=sum(not trial.is_feasible for trial in caught),
+        n_touched=sum((trial.executed_miss or 0.0) > clear for trial in caught),
         trials=tuple(trials),
     )

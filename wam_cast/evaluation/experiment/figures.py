@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from concurrent.futures import Executor
 from functools import partial
 from pathlib import Path
 
@@ -12,15 +13,9 @@ from matplotlib.figure import Figure
 
 from wam_cast.cast import Cast
 from wam_cast.errors import InputError
+from wam_cast.evaluation.experiment import paper
 from wam_cast.evaluation.experiment.findings import PAPERS_PLANNER, Findings
-from wam_cast.evaluation.experiment.results import (
-    PAPERS_POLYNOMIAL_RMSE,
-    PAPERS_RMSE,
-    PAPERS_SIGMA,
-    ErrorCurve,
-    Execution,
-    to_array,
-)
+from wam_cast.evaluation.experiment.results import ErrorCurve, Execution, to_array
 from wam_cast.evaluation.figures.calibration import draw_calibration
 from wam_cast.evaluation.figures.comparison import draw_comparison, draw_polynomials
 from wam_cast.evaluation.figures.data_flow import draw_data_flow
@@ -28,6 +23,7 @@ from wam_cast.evaluation.figures.error_curves import draw_error_curve
 from wam_cast.evaluation.figures.histograms import draw_histogram
 from wam_cast.evaluation.figures.landing_map import draw_landing_map, draw_landing_scale
 from wam_cast.evaluation.figures.learning_curves import LearningCurve, draw_learning_curves
+from wam_cast.evaluation.figures.looks import MS
 from wam_cast.evaluation.figures.motion import draw_motion
 from wam_cast.evaluation.figures.noise import draw_landing_scatter
 from wam_cast.evaluation.figures.parity import draw_parity, draw_residuals
@@ -46,11 +42,14 @@ WIDTH = 7.2
 DPI = 180
 """Of pixel pictures."""
 
+LEARNED_WITH_NOISE = "learned with noise"
+"""Ends the label of an execution whose model did."""
 
-def draw_figures(findings: Findings, folder: Path, workers: Workers) -> Iterator[str]:
+
+def draw_figures(findings: Findings, folder: Path, executor: Executor | Workers) -> Iterator[str]:
     """Draw all figures and write each as PDF and PNG into `folder`; yield the name of each that is done."""
     names = list(_FIGURES)
-    drawn = run_rows(partial(_draw_and_write, findings, folder, names), range(len(names)), workers)
+    drawn = run_rows(partial(_draw_and_write, findings, folder, names), range(len(names)), executor)
     for name, done in zip(names, drawn, strict=True):
         if done is None:
             raise InputError(f"{name}: its process died; free memory and start again")
@@ -106,14 +105,10 @@ def _motion(findings: Findings) -> Figure:
 def _histograms(findings: Findings) -> Figure:
     figure, axes = _new(4.2, 2, 2)
     samples, bounds = findings.samples, findings.settings.scenario.bounds
-    draw_histogram(
-        axes[0, 0], to_array(samples.distance), label="distance [cm]", scale=100, bounds=bounds.distance
-    )
+    draw_histogram(axes[0, 0], to_array(samples.distance), label="distance [m]", bounds=bounds.distance)
     draw_histogram(axes[0, 1], to_array(samples.speed), label="mean speed [m/s]", bounds=bounds.speed)
-    draw_histogram(axes[1, 0], to_array(samples.wait), label="wait [ms]", scale=1000, bounds=bounds.wait)
-    draw_histogram(
-        axes[1, 1], to_array(samples.landing_along), label="landing from the base axis [cm]", scale=100
-    )
+    draw_histogram(axes[1, 0], to_array(samples.wait), label="wait [ms]", scale=MS, bounds=bounds.wait)
+    draw_histogram(axes[1, 1], to_array(samples.landing_along), label="landing from the base axis [m]")
     return figure
 
 
@@ -125,24 +120,25 @@ def _curves(curve: ErrorCurve) -> dict[str, np.ndarray]:
 
 
 def _selection(findings: Findings) -> Figure:
-    figure, axes = _new(3.2, 1, 2)
+    figure, axes = _new(3.8, 1, 2)
     selection = findings.selection
-    best = min(selection.descents, key=lambda descent: descent.rmse[-1])
     draw_error_curve(
         axes[0, 0],
         np.array(selection.sigma_curve.x),
         _curves(selection.sigma_curve),
-        xlabel="sigma [1]",
-        path=(np.array(best.x), np.array(best.rmse)),
-        chosen=selection.isotropic.sigma[0],
-        paper=PAPERS_SIGMA,
+        xlabel="sigma, in scaled parameters [1]",
+        descents=[(np.array(descent.x), np.array(descent.rmse)) for descent in selection.descents],
+        chosen={
+            "leave-one-out": selection.isotropic.sigma[0],
+            "validation": selection.by_validation.sigma[0],
+        },
     )
     draw_error_curve(
         axes[0, 1],
         np.array(selection.regularization_curve.x),
         _curves(selection.regularization_curve),
         xlabel="lambda [1]",
-        chosen=selection.isotropic.regularization,
+        chosen={"leave-one-out": selection.isotropic.regularization},
     )
     return figure
 
@@ -164,11 +160,15 @@ def _performance(findings: Findings) -> Figure:
 
 def _draw_execution(axes: Axes, execution: Execution, scenario: Scenario) -> None:
     trials = execution.trials
+    # A ball may miss sideways too: the distance has the sign of its part along the casting plane.
+    executed = np.copysign(
+        to_array(trial.executed_miss for trial in trials), to_array(trial.executed_offset for trial in trials)
+    )
     draw_performance(
         axes,
         np.array([trial.cup for trial in trials]),
         np.array([trial.predicted_offset for trial in trials]),
-        to_array(trial.executed_offset for trial in trials),
+        executed,
         [trial.status for trial in trials],
         cup_radius=scenario.cup.inner_radius,
         ball_radius=scenario.ball.radius,
@@ -188,8 +188,8 @@ def _comparison(findings: Findings) -> Figure:
         low,
         high,
         paper={
-            by_name["isotropic_by_validation"]: PAPERS_RMSE,
-            by_name["polynomial_12"]: PAPERS_POLYNOMIAL_RMSE,
+            by_name["isotropic_by_validation"]: paper.TEST_RMSE,
+            by_name["polynomial_12"]: paper.POLYNOMIAL_RMSE,
         },
     )
     return figure
@@ -202,7 +202,7 @@ def _polynomials(findings: Findings) -> Figure:
         part: np.array([getattr(fit, f"{part}_rmse") for fit in fits])
         for part in ("training", "validation", "test")
     }
-    draw_polynomials(axes[0, 0], np.array([fit.degree for fit in fits]), curves, paper=PAPERS_POLYNOMIAL_RMSE)
+    draw_polynomials(axes[0, 0], np.array([fit.degree for fit in fits]), curves, paper=paper.POLYNOMIAL_RMSE)
     return figure
 
 
@@ -217,14 +217,14 @@ def _parity(findings: Findings) -> Figure:
 
 
 def _where_wrong(findings: Findings) -> Figure:
-    figure, axes = _new(3.2, 1, 2)
+    figure, axes = _new(3.6, 1, 2)
     held_out = findings.comparison.held_out
     distance, speed, wait, residual = (
         np.array(values) for values in (held_out.distance, held_out.speed, held_out.wait, held_out.residual)
     )
     draw_residual_map(axes[0, 0], distance, speed, residual, xlabel="distance [m]", ylabel="mean speed [m/s]")
     draw_shortest_move(axes[0, 0], findings.settings.scenario.motion.min_move_duration)
-    draw_residual_map(axes[0, 1], wait, speed, residual, xlabel="wait [s]", ylabel="mean speed [m/s]")
+    draw_residual_map(axes[0, 1], wait * MS, speed, residual, xlabel="wait [ms]", ylabel="mean speed [m/s]")
     return figure
 
 
@@ -235,7 +235,13 @@ def _learning_curves(findings: Findings) -> Figure:
         name: LearningCurve(np.array(band.median), np.array(band.low), np.array(band.high))
         for name, band in found.curves.items()
     }
-    draw_learning_curves(axes[0, 0], np.array(found.n_train), curves, paper=PAPERS_RMSE)
+    draw_learning_curves(
+        axes[0, 0],
+        np.array(found.n_train),
+        curves,
+        ylabel="validation RMSE [cm]",
+        paper=paper.TEST_RMSE,
+    )
     return figure
 
 
@@ -269,8 +275,9 @@ def _landing_map(findings: Findings) -> Figure:
 
 def _noise(findings: Findings) -> Figure:
     noise, scenario = findings.noise, findings.settings.scenario
-    figure = Figure(figsize=(WIDTH, 8.0), layout="constrained")
-    top, middle, bottom = figure.subfigures(3, 1, squeeze=False)[:, 0]
+    learned = [one for one in noise.executions if one.label.endswith(LEARNED_WITH_NOISE)]
+    figure = Figure(figsize=(WIDTH, 2.6 * (len(learned) + 2)), layout="constrained")
+    top, *middle, bottom = figure.subfigures(len(learned) + 2, 1, squeeze=False)[:, 0]
     scatter, curve = top.subplots(1, 2)
     clear = scenario.cup.inner_radius - scenario.ball.radius
     draw_landing_scatter(scatter, to_array(noise.along), to_array(noise.across), clear_radius=clear)
@@ -279,10 +286,10 @@ def _noise(findings: Findings) -> Figure:
         np.array(noise.regularization_curve.x),
         _curves(noise.regularization_curve),
         xlabel="lambda [1]",
-        chosen=noise.models[0].regularization,
+        chosen={"leave-one-out": noise.models[0].regularization},
     )
-    gradient = next(one for one in noise.executions if one.planner == PAPERS_PLANNER)
-    _draw_execution(middle.subplots(), gradient, scenario)
+    for panel, execution in zip(middle, learned, strict=True):
+        _draw_execution(panel.subplots(), execution, scenario)
     misses = {one.label: to_array(trial.executed_miss for trial in one.trials) for one in noise.executions}
     draw_miss_distribution(bottom.subplots(), misses)
     return figure
@@ -295,11 +302,11 @@ _FIGURES: dict[str, tuple[Callable[[Findings], Figure], str]] = {
     "figure-04-histograms": (_histograms, "Figure 4. Parameters of the training casts, and their landings."),
     "figure-05-selection": (
         _selection,
-        "Figure 5. RMSE over sigma, with the path of the descent on the validation error, and over lambda.",
+        "Figure 5. RMSE over sigma, with the paths of the descents on the validation error, and over lambda.",
     ),
     "figure-06-performance": (
         _performance,
-        "Figure 6. Predicted and executed landing over the position of the cup, and the distribution of misses.",
+        "Figure 6. Predicted and executed distance from the cup's middle, over the cups, and the distribution of misses.",
     ),
     "figure-07-comparison": (_comparison, "Figure 7. Test RMSE of all estimators, with 95 % intervals."),
     "figure-08-polynomials": (_polynomials, "Figure 8. Polynomials: RMSE over the degree."),
@@ -313,7 +320,8 @@ _FIGURES: dict[str, tuple[Callable[[Findings], Figure], str]] = {
     ),
     "figure-11-learning-curves": (
         _learning_curves,
-        "Figure 11. Validation RMSE over the number of training casts: median and range of random subsets.",
+        "Figure 11. Validation RMSE over the number of training casts: median and range of random subsets, "
+        "the curves drawn slightly apart.",
     ),
     "figure-12-calibration": (
         _calibration,

@@ -10,7 +10,7 @@ from wam_cast.evaluation.experiment.results import (
     Execution,
     LandingMap,
     LearningCurves,
-    Noise,
+    NoiseStudy,
     Samples,
     Selection,
 )
@@ -50,7 +50,7 @@ class Findings:
     learning_curves: LearningCurves
     landing_map: LandingMap
     executions: tuple[Execution, ...]
-    noise: Noise
+    noise: NoiseStudy
 
     @property
     def execution(self) -> Execution:
@@ -68,6 +68,7 @@ class Findings:
             "n_validation": self.samples.n_validation,
             "n_test": self.samples.n_test,
             "sigma": self.selection.isotropic.sigma[0],
+            "sigma_by_validation": self.selection.by_validation.sigma[0],
             "regularization": self.selection.isotropic.regularization,
             "test_rmse_m": {name: self.comparison.row(name).rmse for name in TEST_ROWS},
             "n_cups": execution.n_cups,
@@ -84,6 +85,7 @@ class Findings:
         `wall_s`: how long each phase took [s].
         """
         return self.summary() | {
+            "scenario": self.settings.scenario.model_dump(mode="json"),
             "wall_s": sum(wall_s.values()),
             "wall_s_by_phase": wall_s,
             "samples": self.samples.model_dump(mode="json"),

@@ -4,19 +4,23 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable
+from concurrent.futures import Executor
 from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
+from sklearn.base import BaseEstimator, RegressorMixin
 from sklearn.model_selection import GridSearchCV
 from threadpoolctl import threadpool_limits
 
-from wam_cast.cast import cast_bounds
+from wam_cast.cast import PARAMETERS, cast_bounds
 from wam_cast.errors import InputError
 from wam_cast.evaluation.experiment.results import Band, LearningCurves, floats
+from wam_cast.evaluation.experiment.seeds import Purpose, derived_seed
+from wam_cast.evaluation.experiment.settings import OnProgress
 from wam_cast.evaluation.experiment.statistics import rmse
 from wam_cast.learning import baselines
 from wam_cast.learning.baselines import Bounds
@@ -28,7 +32,6 @@ from wam_cast.learning.workers import Workers, run_rows
 from wam_cast.scenario import Scenario
 
 Array = NDArray[np.float64]
-Report = Callable[[int, int], None]
 
 SIZES = (25, 50, 100, 200, 400, 800, 1300)
 MAX_DEGREE = 8
@@ -46,7 +49,12 @@ class _Task:
 
 
 def learn_with_fewer_casts(
-    scenario: Scenario, parts: Parts, seed: int, n_repeats: int, workers: Workers, report: Report
+    scenario: Scenario,
+    parts: Parts,
+    seed: int,
+    n_repeats: int,
+    executor: Executor | Workers,
+    report: OnProgress,
 ) -> LearningCurves:
     """Return the validation RMSE of estimators that were chosen and fitted on random subsets of the training casts alone.
 
@@ -65,7 +73,7 @@ def learn_with_fewer_casts(
     ]
     errors: dict[tuple[str, int], list[float]] = defaultdict(list)
     report(0, len(jobs))
-    with closing(run_rows(partial(_run_job, task, jobs), range(len(jobs)), workers)) as results:
+    with closing(run_rows(partial(_run_job, task, jobs), range(len(jobs)), executor)) as results:
         for done, ((name, size, _), result) in enumerate(zip(jobs, results, strict=True), 1):
             if result is None:
                 raise InputError(f"learning curve, {name}: its process died; free memory and start again")
@@ -90,23 +98,47 @@ def _band(errors: list[list[float]]) -> Band:
 def _run_job(task: _Task, jobs: list[tuple[str, int, int]], row: int) -> float:
     """Return the validation RMSE [m] of one estimator that is fitted to one subset."""
     name, size, repeat = jobs[row]
-    rng = np.random.default_rng(np.random.SeedSequence(task.seed, spawn_key=(repeat,)))
+    rng = np.random.default_rng(derived_seed(task.seed, Purpose.SUBSETS, repeat))
     subset = rng.permutation(len(task.train.X))[:size]
     # One thread each: as many processes run as there are processors.
     with threadpool_limits(1):
-        model = _ESTIMATORS[name](cast_bounds(task.scenario), task.seed)
+        model = _ESTIMATORS[name](cast_bounds(task.scenario), derived_seed(task.seed, Purpose.NETWORK))
         model.fit(task.train.X[subset], task.train.landing[subset])
         return rmse(model.predict(task.validation.X) - task.validation.landing)
 
 
-class _TunedKernelRidge(KernelRidge):
-    """Kernel ridge regression that chooses its own sigma (as many as `sigma` has) and lambda by leave-one-out."""
+class SelfTunedKernelRidge(RegressorMixin, BaseEstimator):
+    """Kernel ridge regression that chooses its own sigma and lambda by leave-one-out.
 
-    def fit(self, X: ArrayLike, y: ArrayLike) -> Self:
+    Parameters
+    ----------
+    bounds : pair (lower, upper)
+        Of the inputs.
+    n_sigmas : int, default=1
+        One for all inputs, or as many as there are inputs.
+
+    Attributes
+    ----------
+    model_ : KernelRidge
+        Fitted.
+    """
+
+    def __init__(self, bounds: Bounds, n_sigmas: int = 1) -> None:
+        self.bounds = bounds
+        self.n_sigmas = n_sigmas
+
+    def fit(self, X: Array, y: Array) -> Self:
         """Choose on the training data, and fit to it."""
-        tuned = tune_by_leave_one_out(X, y, sigma0=self.sigma, input_bounds=self.input_bounds)
-        self.set_params(sigma=tuned.sigma, regularization=tuned.regularization)
-        return super().fit(X, y)
+        sigma0 = START_SIGMA if self.n_sigmas == 1 else [START_SIGMA] * self.n_sigmas
+        tuned = tune_by_leave_one_out(X, y, sigma0=sigma0, input_bounds=self.bounds)
+        self.model_ = KernelRidge(
+            sigma=tuned.sigma, regularization=tuned.regularization, input_bounds=self.bounds
+        ).fit(X, y)
+        return self
+
+    def predict(self, X: Array) -> Array:
+        """Return the predicted targets, shape (n,)."""
+        return self.model_.predict(X)
 
 
 def _polynomial(bounds: Bounds, _seed: int) -> Any:
@@ -116,10 +148,8 @@ def _polynomial(bounds: Bounds, _seed: int) -> Any:
 
 
 _ESTIMATORS: dict[str, Callable[[Bounds, int], Any]] = {
-    "KRR, a sigma for each parameter": lambda bounds, _: _TunedKernelRidge(
-        sigma=[START_SIGMA] * 3, input_bounds=bounds
-    ),
-    "KRR, one sigma": lambda bounds, _: _TunedKernelRidge(sigma=START_SIGMA, input_bounds=bounds),
+    "KRR, a sigma for each parameter": lambda bounds, _: SelfTunedKernelRidge(bounds, len(PARAMETERS)),
+    "KRR, one sigma": lambda bounds, _: SelfTunedKernelRidge(bounds),
     "Gaussian process": lambda bounds, _: baselines.gaussian_process(bounds),
     "polynomial": _polynomial,
     "neural network": baselines.neural_network,

@@ -5,22 +5,25 @@ from __future__ import annotations
 import base64
 import json
 import math
+import platform
 import re
-import time
 from collections.abc import Callable
 from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markdown_it import MarkdownIt
 
-from wam_cast.evaluation.experiment.figures import CAPTIONS, draw_figures
+from wam_cast.evaluation.experiment import paper
+from wam_cast.evaluation.experiment.execution import clear_radius
+from wam_cast.evaluation.experiment.figures import CAPTIONS
 from wam_cast.evaluation.experiment.findings import Findings
 from wam_cast.evaluation.experiment.results import Trial
 from wam_cast.evaluation.experiment.store import RunDirectory
 from wam_cast.files import write_file
-from wam_cast.learning.workers import Workers
+from wam_cast.learning.workers import available_processors
 from wam_cast.planning.plan import LONGEST_MISS
 from wam_cast.scenario import Scenario
+from wam_cast.system.outcome import Status
 
 MISSING = "-"
 """Stands in tables for a value that does not exist."""
@@ -35,31 +38,32 @@ FAILURES: dict[str, str] = {
     "limit_hit": "limit of the arm hit",
     "never_crossed": "never came down",
     "diverged": "simulation broke down",
-    "no_plan": "no plan within 1 cm",
 }
 """Kinds of failure in words."""
 
 
-def write_report(
-    findings: Findings, directory: RunDirectory, workers: Workers, report: Callable[[int, int], None]
-) -> None:
-    """Draw the figures and write the report's files; what was there before is replaced."""
-    started = time.perf_counter()
-    n_steps = len(CAPTIONS) + 1
-    report(0, n_steps)
-    for done, _ in enumerate(draw_figures(findings, directory.figures, workers), 1):
-        report(done, n_steps)
-    wall_s = directory.wall_seconds() | {"figures-and-report": time.perf_counter() - started}
-    results = json.dumps(findings.to_json(wall_s), indent=1) + "\n"
+def write_report(findings: Findings, directory: RunDirectory) -> None:
+    """Write the report's files around the figures that are there; what was there before is replaced."""
+    wall_s = directory.wall_seconds()
+    results = json.dumps(findings.to_json(wall_s), indent=1, allow_nan=False) + "\n"
     write_file(directory.path / "results.json", results.encode())
-    markdown = render_markdown(findings, wall_s)
+    markdown = render_markdown(findings, wall_s, directory.path)
     write_file(directory.path / "report.md", markdown.encode())
     write_file(directory.path / "report.html", render_html(markdown, directory.path).encode())
-    report(n_steps, n_steps)
 
 
-def render_markdown(findings: Findings, wall_s: dict[str, float]) -> str:
-    """Return the report as Markdown; its figures are in the folder `figures`. `wall_s`: how long each phase took [s]."""
+def render_markdown(findings: Findings, wall_s: dict[str, float], folder: Path) -> str:
+    """Return the report as Markdown.
+
+    Parameters
+    ----------
+    findings
+        What it reports.
+    wall_s
+        How long each phase took [s].
+    folder
+        Where the report lies, and its figures in the folder `figures`.
+    """
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent),
         undefined=StrictUndefined,
@@ -78,17 +82,47 @@ def render_markdown(findings: Findings, wall_s: dict[str, float]) -> str:
         f=findings,
         s=findings.settings,
         scenario=scenario,
-        versions=findings.settings.versions,
-        fingerprint=scenario.fingerprint,
+        paper=paper,
+        planner_stop=LONGEST_MISS,
+        clear=clear_radius(scenario),
+        platform=f"{platform.system()} {platform.machine()}, {available_processors()} processors",
+        command=findings.settings.command(folder),
         wall_s=wall_s,
         captions=CAPTIONS,
         failures=FAILURES,
-        explain=lambda trial, others="the model": explain(trial, scenario, others),
+        explain=lambda trial, others: explain(trial, scenario, others),
+        # What was checked by hand on this run, and may not hold for another.
+        is_known=scenario == Scenario() and not findings.settings.is_quick,
+    )
+
+
+def explain(trial: Trial, scenario: Scenario, others: str = "the model") -> str:
+    """Return in words why a cast missed: what the plan, what `others` and what the entry had to do with it."""
+    if trial.status == Status.DIVERGED:
+        return "its numbers left all bounds"
+    if trial.limits_hit:
+        return f"the arm met the limit of {', '.join(trial.limits_hit)}"
+    if trial.executed_offset is None or trial.executed_across is None:
+        return "the ball never came down to the rim plane"
+    if trial.is_feasible:
+        plan = f"the planner was content with {_signed_mm(trial.predicted_offset)} mm from the middle"
+    else:
+        plan = (
+            f"the planner found no cast within {1e3 * LONGEST_MISS:g} mm and kept its best one, "
+            f"{1e3 * trial.predicted_miss:.1f} mm off"
+        )
+    error = trial.executed_offset - trial.predicted_offset
+    return (
+        f"{plan}; {others} added {_signed_mm(error)} mm along and {_signed_mm(trial.executed_across)} mm across; the ball came in "
+        f"{1e3 * (trial.executed_miss or 0.0):.1f} mm from the middle, at {math.degrees(trial.entry_angle or 0.0):.0f}° from the "
+        f"vertical; falling straight down it would clear the rim by {1e3 * clear_radius(scenario):.0f} mm"
     )
 
 
 def render_html(markdown: str, folder: Path) -> str:
     """Return one page with all of the report in it, its figures included; they are read from `folder`."""
+    # Links to files beside the page would break when it is moved.
+    markdown = re.sub(r" \(\[PDF\]\([^)]*\)\)|(?<=\[results\.json\])\(results\.json\)", "", markdown)
     body = MarkdownIt("commonmark").enable("table").render(markdown)
     body = re.sub(r'src="(figures/[^"]+\.png)"', lambda match: f'src="{_data_uri(folder / match[1])}"', body)
     title = markdown.splitlines()[0].lstrip("# ")
@@ -99,31 +133,9 @@ def render_html(markdown: str, folder: Path) -> str:
     )
 
 
-def explain(trial: Trial, scenario: Scenario, others: str = "the model") -> str:
-    """Return in words why a cast missed: what the plan, what `others` and what the entry had to do with it."""
-    if trial.limits_hit:
-        return f"the arm met the limit of {', '.join(trial.limits_hit)}"
-    if trial.executed_offset is None:
-        return "the ball never came down to the rim plane"
-    sentences = []
-    if not trial.is_feasible:
-        sentences.append(
-            f"the planner found no cast within {1e3 * LONGEST_MISS:g} mm and kept its best one, "
-            f"{1e3 * trial.predicted_miss:.1f} mm off"
-        )
-    else:
-        sentences.append(
-            f"the planner was content with {1e3 * trial.predicted_offset:+.1f} mm from the middle"
-        )
-    error = trial.executed_offset - trial.predicted_offset
-    sentences.append(f"{others} added {1e3 * error:+.1f} mm")
-    clear = scenario.cup.inner_radius - scenario.ball.radius
-    sentences.append(
-        f"so the ball came in {1e3 * trial.executed_offset:+.1f} mm from the middle at "
-        f"{math.degrees(trial.entry_angle or 0.0):.0f}° from the vertical, where one that falls straight down has "
-        f"{1e3 * clear:.0f} mm"
-    )
-    return "; ".join(sentences)
+def _signed_mm(value: float) -> str:
+    # Adding 0 turns a rounded -0 into 0.
+    return f"{round(1e3 * value, 1) + 0:+.1f}"
 
 
 def _scaled(factor: float, digits: int) -> Callable[..., str]:

@@ -7,16 +7,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import BaseModel, ConfigDict
-
-PAPERS_SIGMA = 0.35
-PAPERS_RMSE = 0.0224
-PAPERS_POLYNOMIAL_RMSE = 0.217
-"""Of the paper: sigma, and the test RMSE of its kernel regression and of its polynomial [m]."""
 
 Floats = tuple[float, ...]
 MaybeFloats = tuple[float | None, ...]
@@ -29,16 +23,20 @@ class Result(BaseModel):
 
 
 class Samples(Result):
-    """The random casts: counts by status, and the training casts with their landings [m, m/s, s, m]."""
+    """The random casts: counts by status, and the training casts with their landings [m, m/s, s, m].
+
+    `n_train`, `n_validation` and `n_test` are the casts of each part that came down to the rim plane: those that are used.
+    """
 
     statuses: dict[str, int]
     n_train: int
     n_validation: int
     n_test: int
+    share_slack: float
     distance: Floats
     speed: Floats
     wait: Floats
-    landing_along: MaybeFloats
+    landing_along: Floats
     landing_std: float
     largest_across: float
 
@@ -109,38 +107,32 @@ class Row(Result):
 
 
 class PolynomialFit(Result):
-    """Errors [m] of one polynomial, its number of terms, and the condition number of its least squares."""
+    """Errors [m] of one polynomial, its number of terms, and the condition number of its least squares.
+
+    The latter is None if there are more terms than training casts, so that least squares have many solutions.
+    """
 
     label: str
     degree: int
     n_terms: int
-    condition: float
+    condition: float | None
     training_rmse: float
     validation_rmse: float
     test_rmse: float
 
-    @property
-    def distance_from_paper(self) -> float:
-        """How far the test RMSE is from that of the paper's polynomial [m]."""
-        return abs(self.test_rmse - PAPERS_POLYNOMIAL_RMSE)
-
 
 class Residuals(Result):
-    """Casts and what the model errs there [m], as one that has not seen them: leave-one-out, then the validation casts."""
+    """Casts and what the model errs there [m], as one that has not seen them: leave-one-out, then the validation casts.
+
+    `share_of_worst` of the squared error is that of the `worst` casts, a share too.
+    """
 
     distance: Floats
     speed: Floats
     wait: Floats
     residual: Floats
-
-    WORST: ClassVar[float] = 0.05
-    """Share of the casts that are called the worst."""
-
-    @property
-    def share_of_worst(self) -> float:
-        """How much of the squared error is that of the worst casts."""
-        squares = np.sort(np.square(self.residual))
-        return float(np.sum(squares[-round(self.WORST * len(squares)) :]) / np.sum(squares))
+    worst: float
+    share_of_worst: float
 
 
 class Comparison(Result):
@@ -206,9 +198,12 @@ class Trial(Result):
     Attributes
     ----------
     predicted_offset, executed_offset
-        Signed, along the casting plane: positive beyond the cup's middle [m].
+        Of the landing from the cup's middle, along the casting plane: positive beyond it [m].
+    executed_across
+        The same across the casting plane [m].
     predicted_miss, executed_miss
-        Distances from the cup's middle [m].
+        Distances of the landings from the cup's middle [m]; the executed landing is that of the ball's free flight, before it
+        touches anything.
     status
         A value of `Status`.
     """
@@ -221,6 +216,7 @@ class Trial(Result):
     predicted_offset: float
     predicted_miss: float
     executed_offset: float | None
+    executed_across: float | None
     executed_miss: float | None
     entry_angle: float | None
     status: str
@@ -233,15 +229,14 @@ class Trial(Result):
 
     @property
     def failure(self) -> str | None:
-        """What kind of failure it is; none if the ball was caught."""
-        if self.is_caught:
-            return None
-        return self.status if self.is_feasible else "no_plan"
+        """What kind of failure it is, a value of `Status`; none if the ball was caught."""
+        return None if self.is_caught else self.status
 
 
 class Statistics(Result):
-    """Of absolute values [m]; None if there are none."""
+    """Of absolute values [m]; None if there are none. `n`: how many there are."""
 
+    n: int
     mean: float | None
     median: float | None
     p95: float | None
@@ -259,6 +254,11 @@ class Execution(Result):
         Wilson's 95 % interval of the hit rate.
     failures
         Counts by kind, of those that occurred.
+    n_no_plan, n_no_plan_caught
+        Cups for which no cast was predicted to land within 1 cm of the middle (the best one was cast all the same), and those
+        of them that were hit.
+    n_touched
+        Balls that were caught though they came in farther from the middle than the ball clears the rim.
     """
 
     label: str
@@ -270,6 +270,9 @@ class Execution(Result):
     predicted_miss: Statistics
     executed_miss: Statistics
     failures: dict[str, int]
+    n_no_plan: int
+    n_no_plan_caught: int
+    n_touched: int
     trials: tuple[Trial, ...]
 
 
@@ -280,26 +283,33 @@ class Executions(Result):
 
 
 class NoisyModel(Result):
-    """A model fitted to noisy casts: its lambda and sigma, and its errors [m] against noisy and against noise-free test casts."""
+    """A model, what it was fitted with, and its errors [m]: on noisy test casts, and against landings without noise."""
 
     label: str
     sigma: Floats
     regularization: float
     test_rmse: float
+    test_rmse_interval: tuple[float, float]
     noise_free_rmse: float
 
 
-class Noise(Result):
+class NoiseStudy(Result):
     """The section on casts that do not repeat.
 
     Attributes
     ----------
     levels
         Of the scenario's noise.
+    statuses
+        Of the noisy casts.
     along, across
-        Landing of each noisy cast minus that of the same cast without noise [m].
+        Landing of each noisy training cast minus that of the same cast without noise [m].
+    along_std, across_std
+        Standard deviations of these [m].
+    test_floor
+        Root mean square of the same difference along the casting plane over the test casts [m]: what no model can foretell.
     models
-        Fitted to noisy casts, with their own lambda and with that of noise-free casts.
+        Fitted to noisy casts or to others.
     regularization_curve
         On noisy casts.
     executions
@@ -307,10 +317,12 @@ class Noise(Result):
     """
 
     levels: dict[str, float]
+    statuses: dict[str, int]
     along: MaybeFloats
     across: MaybeFloats
     along_std: float
     across_std: float
+    test_floor: float
     models: tuple[NoisyModel, ...]
     regularization_curve: ErrorCurve
     executions: tuple[Execution, ...]

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wam_cast.cast import cast_bounds
+from wam_cast.evaluation.experiment import paper
 from wam_cast.evaluation.experiment.results import (
-    PAPERS_SIGMA,
     Chosen,
     Descent,
     ErrorCurve,
@@ -17,6 +17,7 @@ from wam_cast.evaluation.experiment.results import (
     floats,
     maybe_floats,
 )
+from wam_cast.evaluation.experiment.settings import OnProgress
 from wam_cast.learning.forward_model import START_SIGMA, tune_model
 from wam_cast.learning.kernel_ridge import KernelRidge
 from wam_cast.learning.leave_one_out import tune_by_leave_one_out
@@ -25,7 +26,6 @@ from wam_cast.learning.tuning import TuningResult, tune_sigma
 from wam_cast.scenario import Scenario
 
 Array = NDArray[np.float64]
-Report = Callable[[int, int], None]
 
 SIGMAS = np.geomspace(0.1, 3.0, 31)
 REGULARIZATIONS = np.geomspace(1e-10, 1e-1, 19)
@@ -39,7 +39,7 @@ DESCENT_STARTS = (0.2, 1.5)
 """Of the paper's descent, on either side of the minimum: the error is not convex in sigma."""
 
 
-def select_models(scenario: Scenario, parts: Parts, report: Report) -> Selection:
+def select_models(scenario: Scenario, parts: Parts, report: OnProgress) -> Selection:
     """Choose sigma and lambda in three ways, and trace the errors over each; the test part stays closed."""
     errors, unscaled = _Errors(cast_bounds(scenario), parts), _Errors(SI_UNITS, parts)
     n_steps = len(SIGMAS) + len(REGULARIZATIONS) + len(PAPERS_REGULARIZATIONS) + 2 + len(DESCENT_STARTS)
@@ -62,7 +62,7 @@ def select_models(scenario: Scenario, parts: Parts, report: Report) -> Selection
     best = min(descents, key=lambda tuned: tuned.rmse)
     sigma_curve = errors.curve(SIGMAS, lambda sigma: (sigma, isotropic.regularization), finished)
     regularization_curve = errors.curve(REGULARIZATIONS, lambda lam: (isotropic.sigma[0], lam), finished)
-    papers_curve = unscaled.curve(PAPERS_REGULARIZATIONS, lambda lam: (PAPERS_SIGMA, lam), finished)
+    papers_curve = unscaled.curve(PAPERS_REGULARIZATIONS, lambda lam: (paper.SIGMA, lam), finished)
     return Selection(
         by_validation=errors.chosen(best),
         isotropic=isotropic,
@@ -74,6 +74,12 @@ def select_models(scenario: Scenario, parts: Parts, report: Report) -> Selection
             Descent(x=floats(tuned.sigma_path), rmse=floats(tuned.rmse_path)) for tuned in descents
         ),
     )
+
+
+def make_estimator(scenario: Scenario, chosen: Chosen) -> KernelRidge:
+    """Return the unfitted estimator with hyperparameters that were chosen."""
+    sigma = chosen.sigma[0] if len(chosen.sigma) == 1 else np.array(chosen.sigma)
+    return KernelRidge(sigma=sigma, regularization=chosen.regularization, input_bounds=cast_bounds(scenario))
 
 
 def select_per_parameter(scenario: Scenario, parts: Parts) -> Chosen:

@@ -2,11 +2,21 @@
 
 from __future__ import annotations
 
+import hashlib
+import shlex
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from importlib.metadata import version
+from pathlib import Path
 
+import wam_cast
+from wam_cast.errors import checked_whole_number
 from wam_cast.learning.storage import current_versions
 from wam_cast.scenario import Noise, Scenario
+
+OnProgress = Callable[[int, int], None]
+"""Takes how much of a phase is done, and how much there is."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +68,7 @@ class Settings:
 
         The experiment is about casts that repeat exactly; a scenario's own noise is kept for the section on noise.
         """
+        seed = checked_whole_number("seed", seed, 0)
         noise = scenario.noise if scenario.noise.is_on else Noise.typical()
         clean = scenario.model_copy(update={"noise": Noise()})
         return cls(clean, noise, seed, **vars(QUICK if quick else FULL), is_quick=quick)
@@ -67,11 +78,14 @@ class Settings:
         """Of the software that numbers come from."""
         return current_versions() | {package: version(package) for package in ("scipy", "scikit-learn")}
 
-    @property
-    def command(self) -> str:
-        """The command line that runs this again; `scenario.yaml` is beside the report."""
-        own = " --scenario scenario.yaml" if self.own_scenario != Scenario() else ""
-        return f"wam-cast reproduce --seed {self.seed}{own}{' --quick' if self.is_quick else ''} --out DIR"
+    def command(self, directory: Path) -> str:
+        """Return the command line of the run in `directory`; its scenario is there too."""
+        words = ["wam-cast", "reproduce", "--seed", str(self.seed), "--out", str(directory)]
+        if self.own_scenario != Scenario():
+            words += ["--scenario", str(directory / "scenario.yaml")]
+        if self.is_quick:
+            words.append("--quick")
+        return shlex.join(words)
 
     @property
     def own_scenario(self) -> Scenario:
@@ -95,4 +109,15 @@ class Settings:
             "n_cups": self.n_cups,
             "n_repeats": self.n_repeats,
             "versions": self.versions,
+            "code": _digest_of_package(),
         }
+
+
+@lru_cache(maxsize=1)
+def _digest_of_package() -> str:
+    """Return a hash of the package's sources: what another version of them found must not be mixed with what these find."""
+    package = Path(wam_cast.__file__).parent
+    digest = hashlib.sha256()
+    for path in sorted(package.rglob("*.py")):
+        digest.update(f"{path.relative_to(package)}\n".encode() + path.read_bytes())
+    return digest.hexdigest()[:16]

@@ -42,8 +42,9 @@ def describe(values: Array) -> Statistics:
     """Return mean, median, 95th percentile and maximum of the finite ones among `values`, shape (n,)."""
     finite = values[np.isfinite(values)]
     if len(finite) == 0:
-        return Statistics(mean=None, median=None, p95=None, max=None)
+        return Statistics(n=0, mean=None, median=None, p95=None, max=None)
     return Statistics(
+        n=len(finite),
         mean=float(np.mean(finite)),
         median=float(np.median(finite)),
         p95=float(np.percentile(finite, 95)),

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from wam_cast.evaluation.figures.looks import PERCENT, curve_looks, draw_legend
+from wam_cast.evaluation.figures.looks import BESIDE, PERCENT, curve_looks, draw_legend
 from wam_cast.evaluation.style import INK
 
 if TYPE_CHECKING:
@@ -38,4 +38,4 @@ def draw_calibration(axes: Axes, nominal: Array, empirical: Mapping[str, Array])
     axes.set_ylabel("interval holds [%]")
     axes.annotate("cautious", (0.04, 0.93), xycoords="axes fraction", fontsize="small", va="top")
     axes.annotate("overconfident", (0.96, 0.07), xycoords="axes fraction", fontsize="small", ha="right")
-    draw_legend(axes, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    draw_legend(axes, **BESIDE)

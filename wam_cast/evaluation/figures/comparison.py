@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.markers import CARETDOWN
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from wam_cast.evaluation.figures.looks import CM, DARK, PAPER_MARK, curve_looks, draw_legend, mark_log_axis
+from wam_cast.evaluation.figures.looks import (
+    BESIDE,
+    CM,
+    DARK,
+    PAPER_MARK,
+    curve_looks,
+    draw_legend,
+    mark_log_axis,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -19,6 +28,9 @@ Array = NDArray[np.float64]
 
 PAPER_DEGREE = 12
 """Of the paper's best polynomial."""
+
+LEAST_RMSE = 1e-4
+"""Smaller errors only get a mark [m]: with as many terms as casts they vanish, and would stretch the axis without end."""
 
 
 def draw_comparison(
@@ -72,7 +84,7 @@ def draw_comparison(
 def draw_polynomials(
     axes: Axes, degrees: Array, curves: Mapping[str, Array], *, paper: float | None = None
 ) -> None:
-    """Draw the errors of polynomials over their degree.
+    """Draw the errors of polynomials over their degree; errors below `LEAST_RMSE` are marked at the lower edge.
 
     Parameters
     ----------
@@ -86,13 +98,26 @@ def draw_polynomials(
         The paper's test RMSE [m] at its best degree, or none.
     """
     for name, look in curve_looks(curves).items():
-        axes.plot(degrees, curves[name] * CM, label=name, **look)
+        curve = curves[name]
+        axes.plot(degrees, np.where(curve < LEAST_RMSE, np.nan, curve) * CM, label=name, **look)
     if paper is not None:
-        axes.plot(PAPER_DEGREE, paper * CM, label=f"paper: {paper * CM:.3g} cm", **PAPER_MARK)
+        axes.plot(PAPER_DEGREE, paper * CM, label=f"paper, test: {paper * CM:.3g} cm", **PAPER_MARK)
     axes.set_yscale("log")
+    _draw_least(axes, degrees, curves)
     mark_log_axis(axes.yaxis)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.grid(axis="y")
     axes.set_xlabel("degree of the polynomial [1]")
     axes.set_ylabel("RMSE [cm]")
-    draw_legend(axes)
+    draw_legend(axes, **BESIDE)
+
+
+def _draw_least(axes: Axes, degrees: Array, curves: Mapping[str, Array]) -> None:
+    """Mark errors below `LEAST_RMSE` at the lower edge of the axes, which hold the other ones already."""
+    for name, look in curve_looks(curves).items():
+        below = degrees[curves[name] < LEAST_RMSE]
+        if len(below):
+            axes.set_ylim(LEAST_RMSE * CM, max(axes.get_ylim()[1], 10 * LEAST_RMSE * CM))
+            mark: Any = {"color": look["color"], "marker": CARETDOWN, "markersize": 6, "linestyle": "none"}
+            label = f"{name}, below {LEAST_RMSE * CM:g} cm"
+            axes.plot(below, np.zeros(len(below)), transform=axes.get_xaxis_transform(), label=label, **mark)

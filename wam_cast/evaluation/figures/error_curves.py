@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wam_cast.evaluation.figures.looks import (
+    ABOVE,
     CHOSEN_LINE,
     CM,
-    PALE,
-    PAPER_LINE,
+    OTHER_CHOSEN_LINE,
     curve_looks,
     draw_legend,
     mark_log_axis,
@@ -19,11 +19,20 @@ from wam_cast.evaluation.figures.looks import (
 from wam_cast.evaluation.style import INK
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
+
+DESCENT_LINE: Any = {
+    "color": INK,
+    "linewidth": 0.7,
+    "marker": "o",
+    "markersize": 4.0,
+    "markerfacecolor": "white",
+    "markeredgewidth": 0.7,
+}
 
 
 def draw_error_curve(
@@ -32,9 +41,8 @@ def draw_error_curve(
     curves: Mapping[str, Array],
     *,
     xlabel: str,
-    path: tuple[Array, Array] | None = None,
-    chosen: float | None = None,
-    paper: float | None = None,
+    descents: Sequence[tuple[Array, Array]] = (),
+    chosen: Mapping[str, float] | None = None,
 ) -> None:
     """Draw errors over a parameter of the model, both on logarithmic axes.
 
@@ -48,30 +56,23 @@ def draw_error_curve(
         By name, the RMSE [m] at each `x`, shape (n,); nan where there is none.
     xlabel
         What `x` is, with its unit.
-    path
-        The steps of a descent: the parameter and the RMSE [m] at each, both of shape (n_steps,); or none.
-    chosen, paper
-        The parameter that was chosen, and the paper's; or none.
+    descents
+        The steps of each descent: the parameter and the RMSE [m] at each, both of shape (n_steps,).
+    chosen
+        By what it was chosen by, the parameter that was chosen, two of them at most; or none.
     """
     for name, look in curve_looks(curves).items():
         axes.plot(x, curves[name] * CM, label=name, **(look | {"marker": ""}))
-    if path is not None:
-        descent: Any = {
-            "color": INK,
-            "linewidth": 0.7,
-            "marker": "o",
-            "markersize": 4.5,
-            "markerfacecolor": PALE,
-        }
-        axes.plot(path[0], path[1] * CM, label="descent", **descent)
-    if chosen is not None:
-        axes.axvline(chosen, label=f"chosen: {chosen:.3g}", **CHOSEN_LINE)
-    if paper is not None:
-        axes.axvline(paper, label=f"paper: {paper:.3g}", **PAPER_LINE)
+    for number, (steps, rmse) in enumerate(descents):
+        label = ("descents" if len(descents) > 1 else "descent") if number == 0 else "_"
+        axes.plot(steps, rmse * CM, label=label, **DESCENT_LINE)
+    lines = (CHOSEN_LINE, OTHER_CHOSEN_LINE)
+    for (name, value), line in zip((chosen or {}).items(), lines, strict=False):
+        axes.axvline(value, label=f"chosen by {name}: {value:.3g}", **line)
     axes.set_xscale("log")
     axes.set_yscale("log")
     mark_log_axis(axes.xaxis)
     mark_log_axis(axes.yaxis)
     axes.set_xlabel(xlabel)
     axes.set_ylabel("RMSE [cm]")
-    draw_legend(axes)
+    draw_legend(axes, **ABOVE)

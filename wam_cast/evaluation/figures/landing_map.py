@@ -80,7 +80,7 @@ def draw_landing_map(
     axes.set(xlim=(distance[0], distance[-1]), ylim=(speed[0], speed[-1]))
     axes.set_title(f"wait {wait * MS:.0f} ms")
     axes.set_xlabel("distance [m]")
-    axes.set_ylabel("speed [m/s]")
+    axes.set_ylabel("mean speed [m/s]")
 
 
 def _label_places(

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wam_cast.evaluation.figures.looks import CM, PAPER_MARK, curve_looks, draw_legend, mark_log_axis
+from wam_cast.evaluation.figures.looks import BESIDE, CM, PAPER_MARK, curve_looks, draw_legend, mark_log_axis
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -20,10 +20,15 @@ Array = NDArray[np.float64]
 PAPER_N_TRAIN = 1300
 """Casts that the paper's model learned from."""
 
+APART = 1.03
+"""Each curve is drawn at this many times the number of casts of the one before it, so that their bars do not hide each other."""
+
+LINE: Any = {"linewidth": 1.2, "markersize": 4.0}
+
 
 @dataclass(frozen=True, eq=False)
 class LearningCurve:
-    """RMSE [m] over the number of training casts, each of shape (n,): the median of several draws, and a band about it."""
+    """RMSE [m] over the number of training casts, each of shape (n,): the median of several draws, and their range."""
 
     median: Array
     low: Array
@@ -35,9 +40,12 @@ def draw_learning_curves(
     n_train: Array,
     curves: Mapping[str, LearningCurve],
     *,
+    ylabel: str,
     paper: float | None = None,
 ) -> None:
-    """Draw errors over the number of training casts, both on logarithmic axes.
+    """Draw errors over the number of training casts, both on logarithmic axes, with a bar for the range of each.
+
+    The curves stand slightly beside each other, the middle one at the numbers of casts.
 
     Parameters
     ----------
@@ -47,22 +55,22 @@ def draw_learning_curves(
         Numbers of training casts, shape (n,).
     curves
         By name; may hold nan.
+    ylabel
+        What the errors are, with their unit, which is cm.
     paper
         The paper's test RMSE [m] with its number of training casts, or none.
     """
-    for name, look in curve_looks(curves).items():
-        curve = curves[name]
-        axes.fill_between(
-            n_train, curve.low * CM, curve.high * CM, color=look["color"], alpha=0.13, linewidth=0
-        )
-        axes.plot(n_train, curve.median * CM, label=name, **look)
+    for number, (name, look) in enumerate(curve_looks(curves).items()):
+        curve, x = curves[name], n_train * APART ** (number - (len(curves) - 1) / 2)
+        axes.vlines(x, curve.low * CM, curve.high * CM, color=look["color"], linewidth=0.9, alpha=0.8)
+        axes.plot(x, curve.median * CM, label=name, **(look | LINE))
     if paper is not None:
-        axes.plot(PAPER_N_TRAIN, paper * CM, label=f"paper: {paper * CM:.3g} cm", **PAPER_MARK)
+        axes.plot(PAPER_N_TRAIN, paper * CM, label=f"paper, test: {paper * CM:.3g} cm", **PAPER_MARK)
     axes.set_xscale("log")
     axes.set_yscale("log")
     mark_log_axis(axes.xaxis)
     mark_log_axis(axes.yaxis)
     axes.grid(axis="y")
     axes.set_xlabel("number of training casts [1]")
-    axes.set_ylabel("RMSE [cm]")
-    draw_legend(axes)
+    axes.set_ylabel(ylabel)
+    draw_legend(axes, **BESIDE)

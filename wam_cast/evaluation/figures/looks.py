@@ -21,14 +21,14 @@ CM, MM, MS, PERCENT = 1e2, 1e3, 1e3, 1e2
 DARK: Color = (0.17, 0.09, 0.38)
 MIDDLE: Color = (0.76, 0.27, 0.09)
 LIGHT: Color = (0.27, 0.70, 0.66)
-PALE: Color = (0.75, 0.77, 0.80)
+GREY: Color = (0.56, 0.58, 0.62)
 """From dark to light, told apart by those who see no colours."""
 
 LOOKS: tuple[dict[str, Any], ...] = (
     {"color": DARK, "linestyle": "-", "marker": "o"},
     {"color": MIDDLE, "linestyle": (0, (5, 2)), "marker": "s"},
     {"color": LIGHT, "linestyle": (0, (5, 1.5, 1, 1.5)), "marker": "^"},
-    {"color": PALE, "linestyle": (0, (1, 1.2)), "marker": "D"},
+    {"color": GREY, "linestyle": (0, (1, 1.2)), "marker": "D"},
     {"color": DARK, "linestyle": (0, (1, 1.2)), "marker": "v"},
     {"color": MIDDLE, "linestyle": (0, (5, 1.5, 1, 1.5)), "marker": "P"},
     {"color": LIGHT, "linestyle": "-", "marker": "X"},
@@ -46,8 +46,12 @@ PAPER_MARK: Any = {
 }
 """Of a value that the paper gives."""
 
-PAPER_LINE: Any = {"color": INK, "linewidth": 0.9, "linestyle": (0, (1, 2))}
 CHOSEN_LINE: Any = {"color": INK, "linewidth": 0.9, "linestyle": (0, (6, 3))}
+OTHER_CHOSEN_LINE: Any = {"color": INK, "linewidth": 0.9, "linestyle": (0, (1, 2))}
+
+ABOVE: Any = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderaxespad": 0.2}
+BESIDE: Any = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)}
+"""Where a legend hides no data."""
 
 
 def curve_looks(names: Iterable[str]) -> dict[str, dict[str, Any]]:

@@ -21,6 +21,9 @@ HOLD_SHOWN = 0.4
 """How much of the hold is shown over time [s]; after it only the arm goes home."""
 
 HAND_LINE: Any = {"color": DARK, "linewidth": 1.5}
+BAND_ALPHA = 0.28
+"""Of the bands of the stages: the lightest can be seen, and the darkest hides no line."""
+
 BALL_LINE: Any = {"color": MIDDLE, "linewidth": 1.5, "linestyle": (0, (5, 1.5, 1, 1.5))}
 LANDING_LINE: Any = {"color": INK, "linewidth": 1.0, "linestyle": (0, (1, 1.5))}
 
@@ -70,7 +73,7 @@ def _time_shown(recording: CastRecording) -> float:
 def _draw_stages(axes: Axes, recording: CastRecording) -> None:
     for stage, piece in stage_pieces(recording.stages):
         start, end = recording.times[piece][[0, -1]]
-        axes.axvspan(start, end, color=STAGE_COLORS[stage], alpha=0.18, linewidth=0, zorder=0)
+        axes.axvspan(start, end, color=STAGE_COLORS[stage], alpha=BAND_ALPHA, linewidth=0, zorder=0)
         axes.axvline(start, color="white", linewidth=1.0, zorder=0.5)
     axes.set_xlim(0.0, _time_shown(recording))
 

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.patches import Circle
+from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
-from wam_cast.evaluation.figures.looks import MM, draw_legend
+from wam_cast.evaluation.figures.looks import ABOVE, MIDDLE, MM, draw_legend
 from wam_cast.evaluation.figures.parity import DOTS
-from wam_cast.evaluation.style import INK
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,11 +30,12 @@ def draw_landing_scatter(axes: Axes, along: Array, across: Array, *, clear_radiu
     clear_radius
         How far from the cup's middle a ball may pass without touching the rim [m].
     """
-    rim = Circle((0, 0), clear_radius * MM, facecolor="none", edgecolor=INK, label="clears the rim")
+    axes.plot(along * MM, across * MM, label="casts", **(DOTS | {"markersize": 2.0}))
+    rim = Circle((0, 0), clear_radius * MM, facecolor="none", edgecolor=MIDDLE, linewidth=1.5, zorder=4)
+    rim.set_path_effects([withStroke(linewidth=3.0, foreground="white")])
     axes.add_patch(rim)
-    axes.plot(along * MM, across * MM, label="casts", **DOTS)
-    axes.plot(0, 0, "+", color=INK, markersize=8)
+    axes.plot([], [], "o", markerfacecolor="none", markeredgecolor=MIDDLE, label="clears the rim")
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel("moved along the plane [mm]")
     axes.set_ylabel("moved across it [mm]")
-    draw_legend(axes)
+    draw_legend(axes, ncols=2, **ABOVE)

@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
 from wam_cast.evaluation.figures.looks import (
+    BESIDE,
     CHOSEN_LINE,
     DARK,
     MIDDLE,
@@ -44,11 +46,14 @@ MARKERS: dict[Status, str] = {
 PREDICTED_LOOK: Any = {
     "color": INK,
     "marker": "D",
-    "markersize": 5.5,
+    "markersize": 4.0,
     "markerfacecolor": "none",
-    "markeredgewidth": 0.7,
+    "markeredgewidth": 0.5,
     "linestyle": "none",
 }
+
+EDGE_ROOM, POINTS_PER_INCH = 6.0, 72.0
+"""How far above the lower edge the marks of casts stand that never landed [pt], so that they are within the axes."""
 
 CLEAR_COLOR, CUP_COLOR = (0.82, 0.88, 0.85), (0.93, 0.95, 0.96)
 
@@ -73,8 +78,8 @@ def draw_performance(
     cups
         Distances of the cups from the base axis [m], shape (n,).
     predicted, executed
-        Signed offsets of the landing from the cup's middle [m], each of shape (n,); nan where the ball never landed, which
-        is marked at the lower edge.
+        Signed distances of the landing from the cup's middle [m], positive beyond it, each of shape (n,); nan where the ball
+        never landed, which is marked at the lower edge.
     statuses
         What became of the casts, values of `Status`, n of them.
     cup_radius, ball_radius
@@ -91,8 +96,8 @@ def draw_performance(
     for edge, name in zip(reach or (), ("reach", "_"), strict=False):
         axes.axvline(edge, label=name, **CHOSEN_LINE)
     axes.set_xlabel("distance of the cup from the base axis [m]")
-    axes.set_ylabel("landing from the cup's middle [mm]")
-    draw_legend(axes, loc="upper left", bbox_to_anchor=(1.0, 1.0), handlelength=1.6)
+    axes.set_ylabel("signed distance from\nthe cup's middle [mm]")
+    draw_legend(axes, handlelength=1.6, **BESIDE)
 
 
 def _draw_cup(axes: Axes, radius: float, clear: float) -> None:
@@ -111,7 +116,8 @@ def _draw_executed(axes: Axes, cups: Array, executed: Array, status: Status) -> 
     landed = np.isfinite(executed)
     axes.plot(cups[landed], executed[landed] * MM, label=status_name(status), **look)
     if not landed.all():
-        edge = {"transform": axes.get_xaxis_transform(), "clip_on": False}
+        up = ScaledTranslation(0, EDGE_ROOM / POINTS_PER_INCH, axes.figure.dpi_scale_trans)
+        edge = {"transform": axes.get_xaxis_transform() + up}
         axes.plot(cups[~landed], np.zeros(np.sum(~landed)), **(look | edge))
 
 

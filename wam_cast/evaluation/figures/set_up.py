@@ -11,7 +11,6 @@ from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from wam_cast.evaluation.camera import Camera, view_rotation
-from wam_cast.evaluation.figures.looks import CM
 from wam_cast.evaluation.recorded import CEILING_THICKNESS
 from wam_cast.evaluation.scene import CastScene, make_renderer
 from wam_cast.evaluation.style import INK
@@ -96,11 +95,11 @@ def _dimensions(scenario: Scenario, cup_distance: float, bearing: float) -> dict
     rim, ceiling, string = scenario.cup.rim_height, scenario.arm.mount_height, scenario.string.length
     behind, beside_string, beside_cup = -0.27, radius + 0.07, cup_distance - scenario.cup.outer_radius - 0.04
     spans = {
-        f"ceiling {_cm(ceiling)}": ((behind, 0.0), (behind, ceiling)),
-        f"string {_cm(string)}": ((beside_string, hand - string), (beside_string, hand)),
-        f"hand {_cm(hand)}": ((beside_string + 0.12, 0.0), (beside_string + 0.12, hand)),
-        f"rim {_cm(rim)}": ((beside_cup, 0.0), (beside_cup, rim)),
-        f"cup {_cm(cup_distance)} from the base axis": ((0.0, 0.0, -0.15), (cup_distance, 0.0, -0.15)),
+        f"ceiling {_m(ceiling)}": ((behind, 0.0), (behind, ceiling)),
+        f"string {_m(string)}": ((beside_string, hand - string), (beside_string, hand)),
+        f"hand {_m(hand)}": ((beside_string + 0.12, 0.0), (beside_string + 0.12, hand)),
+        f"rim {_m(rim)}": ((beside_cup, 0.0), (beside_cup, rim)),
+        f"cup {_m(cup_distance)} from the base axis": ((0.0, 0.0, -0.15), (cup_distance, 0.0, -0.15)),
     }
     return {
         text: np.array([_in_world(along, height, bearing, *across) for along, height, *across in ends])
@@ -108,8 +107,8 @@ def _dimensions(scenario: Scenario, cup_distance: float, bearing: float) -> dict
     }
 
 
-def _cm(length: float) -> str:
-    return f"{round(length * CM, 1):g} cm"
+def _m(length: float) -> str:
+    return f"{round(length, 3):g} m"
 
 
 def draw_set_up(axes: Axes, view: SetUpView) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.colors import LogNorm
 from numpy.typing import NDArray
 
-from wam_cast.evaluation.figures.looks import MM, MS, PALE, draw_legend, mark_log_axis
+from wam_cast.evaluation.figures.looks import ABOVE, GREY, MM, MS, draw_legend, mark_log_axis
 from wam_cast.evaluation.style import INK
 
 if TYPE_CHECKING:
@@ -16,14 +16,11 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-SMALLEST, LARGEST = 4.0, 90.0
+SMALLEST, LARGEST = 1.0, 36.0
 """Area of the dots of the smallest and the largest residual [pt^2]."""
 
 MOST_DECADES = 3.0
 """Residuals that are smaller than the largest by more than this all look alike."""
-
-ABOVE: Any = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderaxespad": 0.2}
-"""Where the legend is."""
 
 
 def draw_residual_map(axes: Axes, x: Array, y: Array, residuals: Array, *, xlabel: str, ylabel: str) -> None:
@@ -46,7 +43,7 @@ def draw_residual_map(axes: Axes, x: Array, y: Array, residuals: Array, *, xlabe
     smallest = max(np.min(sizes[known], initial=largest), largest * 10**-MOST_DECADES)
     norm = LogNorm(min(smallest, 0.5 * largest), largest, clip=True)
     order = np.flatnonzero(known)[np.argsort(sizes[known])]  # the worst on top
-    areas = SMALLEST + (LARGEST - SMALLEST) * np.asarray(norm(sizes[order])) ** 2
+    areas = SMALLEST + (LARGEST - SMALLEST) * np.asarray(norm(sizes[order])) ** 3  # most are small
     dots = axes.scatter(
         x[order],
         y[order],
@@ -58,7 +55,7 @@ def draw_residual_map(axes: Axes, x: Array, y: Array, residuals: Array, *, xlabe
         edgecolors="white",
     )
     if not known.all():
-        axes.plot(x[~known], y[~known], "x", color=PALE, label="never landed")
+        axes.plot(x[~known], y[~known], "x", color=GREY, label="never landed")
         draw_legend(axes, **ABOVE)
     bar = axes.figure.colorbar(dots, ax=axes, label="|residual| [mm]")
     mark_log_axis(bar.ax.yaxis)

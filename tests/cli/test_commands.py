@@ -12,6 +12,7 @@ import pytest
 import wam_cast as wc
 from wam_cast.cli import models
 from wam_cast.learning.forward_model import reference_model
+from wam_cast.planning.plan import SOLVERS
 from wam_cast.scenario import Noise
 from wam_cast.system.outcome import Status
 from wam_cast.system.simulation import simulate_cast
@@ -108,11 +109,18 @@ def test_a_table_fits_a_narrow_terminal(cli, monkeypatch):
         assert "…" not in result.out
 
 
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_solvers_of_the_program_are_chosen_by_name(cli, solver):
+    record = json.loads(cli("plan", "--cup", "0.75", "--solver", solver, "--json").out)
+    assert record["reason"].startswith(solver.upper())
+    assert record["n_solutions"] >= 1
+
+
 def test_a_plan_that_is_not_expected_to_land_says_why_and_exits_with_1(cli, monkeypatch):
     real = wc.plan_cast
 
-    def plan(model, cup, method):
-        return replace(real(model, cup, method), is_feasible=False, reason="it gave up")
+    def plan(model, cup, method, solver):
+        return replace(real(model, cup, method, solver), is_feasible=False, reason="it gave up")
 
     monkeypatch.setattr(wc, "plan_cast", plan)
     result = cli("plan", "--cup", "0.75")

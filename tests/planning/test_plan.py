@@ -182,3 +182,13 @@ def test_planned_casts_land_where_they_were_predicted(method):
         plan = plan_cast(reference_model(), cup, method)
         landing = simulate_cast(Scenario(), plan.cast).landing
         assert math.dist(landing, plan.predicted_landing) < 0.005, cup
+
+
+def test_a_solver_that_is_none_is_refused(curved_model):
+    with pytest.raises(InputError, match="solver 'gurobi' is not known: choose snopt, ipopt, nlopt"):
+        plan_cast(curved_model, (0.6, 0.0), solver="gurobi")
+
+
+def test_the_descent_has_no_solver(curved_model):
+    with pytest.raises(InputError, match="solver 'ipopt': the planner 'gradient' has none"):
+        plan_cast(curved_model, (0.6, 0.0), "gradient", "ipopt")

@@ -36,6 +36,14 @@ class Planner(StrEnum):
     gradient = "gradient"
 
 
+class Solver(StrEnum):
+    """Solvers of the program by name."""
+
+    snopt = "snopt"
+    ipopt = "ipopt"
+    nlopt = "nlopt"
+
+
 ScenarioOption = Annotated[
     Path | None,
     typer.Option("--scenario", metavar="FILE", help="YAML file; the reference scenario without it."),
@@ -46,6 +54,7 @@ CupOption = Annotated[
     typer.Option("--cup", metavar="X[,Y]", help="The cup's axis in metres; y is 0 without it. Repeatable."),
 ]
 PlannerOption = Annotated[Planner, typer.Option("--planner", help="`gradient` is the paper's.")]
+SolverOption = Annotated[Solver | None, typer.Option("--solver", help="Of the program; snopt without it.")]
 ModelOption = Annotated[
     Path | None,
     typer.Option(
@@ -78,6 +87,7 @@ def throw(
     scenario: ScenarioOption = None,
     model: ModelOption = None,
     planner: PlannerOption = Planner.program,
+    solver: SolverOption = None,
     train: TrainOption = False,
     replay: Annotated[
         Path | None, typer.Option(metavar="FILE.html", help="Write a replay that opens in a browser.")
@@ -99,7 +109,7 @@ def throw(
     cups = [_parse_cup(text) for text in cup]
     _check_outputs(len(cups), replay, picture)
     setting, forward = models.scenario_and_model(scenario, model, train)
-    plans, outcomes = _plans(forward, cups, planner), []
+    plans, outcomes = _plans(forward, cups, planner, solver), []
     with progress("casting", len(plans)) as advance:
         for done, one in enumerate(plans):
             if replay or picture:
@@ -121,13 +131,14 @@ def plan(
     scenario: ScenarioOption = None,
     model: ModelOption = None,
     planner: PlannerOption = Planner.program,
+    solver: SolverOption = None,
     train: TrainOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Plan a cast for each cup, without executing it."""
     cups = [_parse_cup(text) for text in cup]
     _, forward = models.scenario_and_model(scenario, model, train)
-    plans = _plans(forward, cups, planner)
+    plans = _plans(forward, cups, planner, solver)
     if as_json:
         print_json([output.plan_record(one) for one in plans])
     else:
@@ -273,11 +284,13 @@ def _parse_cup(text: str) -> tuple[float, float]:
     return x, y
 
 
-def _plans(model: wc.ForwardModel, cups: list[tuple[float, float]], planner: Planner) -> list[Plan]:
+def _plans(
+    model: wc.ForwardModel, cups: list[tuple[float, float]], planner: Planner, solver: Solver | None
+) -> list[Plan]:
     plans = []
     with progress("planning", len(cups)) as advance:
         for done, cup in enumerate(cups, 1):
-            plans.append(wc.plan_cast(model, cup, planner.value))
+            plans.append(wc.plan_cast(model, cup, planner.value, None if solver is None else solver.value))
             advance(done)
     return plans
 

@@ -81,6 +81,7 @@ def plan_record(plan: Plan) -> Record:
         "is_feasible": plan.is_feasible,
         "planner": plan.method,
         "n_evaluations": plan.n_evaluations,
+        "n_solutions": plan.n_solutions,
         "reason": plan.reason,
     }
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal, Protocol, get_args
 
 import numpy as np
@@ -20,6 +21,11 @@ Method = Literal["program", "gradient"]
 
 METHODS: tuple[Method, ...] = get_args(Method)
 """Planners by name: `program` is a mathematical program, `gradient` the paper's descent."""
+
+Solver = Literal["snopt", "ipopt", "nlopt"]
+
+SOLVERS: tuple[Solver, ...] = get_args(Solver)
+"""Of the mathematical program, by name; the first one is the default."""
 
 LONGEST_MISS = 0.01
 """A plan is feasible if its predicted landing is no farther from the cup's axis [m]: where the paper stops (Section 2.5)."""
@@ -73,6 +79,9 @@ class Plan:
         Name of the planner.
     n_evaluations
         How often the planner evaluated the model.
+    n_solutions
+        How many distinct casts the planner found that are predicted to land in the cup's middle; this is the best of them. The
+        descent looks for one only.
     reason
         Why the planner stopped, in words.
     """
@@ -85,6 +94,7 @@ class Plan:
     is_feasible: bool
     method: str
     n_evaluations: int
+    n_solutions: int
     reason: str
 
 
@@ -95,9 +105,12 @@ class Solution:
     parameters: Array
     n_evaluations: int
     reason: str
+    n_solutions: int = 1
 
 
-def plan_cast(model: Predictor, cup: tuple[float, float], method: Method = "program") -> Plan:
+def plan_cast(
+    model: Predictor, cup: tuple[float, float], method: Method = "program", solver: Solver | None = None
+) -> Plan:
     """Plan a cast into a cup.
 
     Parameters
@@ -108,17 +121,18 @@ def plan_cast(model: Predictor, cup: tuple[float, float], method: Method = "prog
         World (x, y) of the cup's axis [m].
     method
         `program` or `gradient`.
+    solver
+        Of the program: `snopt`, which is the default, `ipopt` or `nlopt`.
 
     Raises
     ------
     InputError
-        If the cup is not a pair of finite numbers or out of reach, or there is no such method.
+        If the cup is not a pair of finite numbers or out of reach, or there is no such method or solver.
     """
     cup = checked_cup(cup)
-    if method not in METHODS:
-        raise InputError(f"planner {method!r} is not known: choose {' or '.join(METHODS)}")
+    _check_method(method, solver)
     radius, bearing = _within_reach(model, cup)
-    solution = _planner(method)(model, radius)
+    solution = _planner(method, solver or SOLVERS[0])(model, radius)
     prediction = model.predict(solution.parameters[np.newaxis])[0]
     along, across, entry_angle = (float(value) for value in prediction)
     # The casting plane is turned by what the ball is expected to land beside it.
@@ -135,6 +149,7 @@ def plan_cast(model: Predictor, cup: tuple[float, float], method: Method = "prog
         is_feasible=miss <= LONGEST_MISS,
         method=method,
         n_evaluations=solution.n_evaluations,
+        n_solutions=solution.n_solutions,
         reason=solution.reason,
     )
 
@@ -165,7 +180,18 @@ def _inside(lowest: float, highest: float, n_digits: int) -> str:
     return f"{lowest:.{n_digits}f} to {highest:.{n_digits}f}"
 
 
-def _planner(method: Method) -> Callable[[Predictor, float], Solution]:
+def _check_method(method: str, solver: str | None) -> None:
+    if method not in METHODS:
+        raise InputError(f"planner {method!r} is not known: choose {' or '.join(METHODS)}")
+    if solver is not None and method != "program":
+        raise InputError(
+            f"solver {solver!r}: the planner {method!r} has none; leave it out, or plan by program"
+        )
+    if solver not in (None, *SOLVERS):
+        raise InputError(f"solver {solver!r} is not known: choose {', '.join(SOLVERS)}")
+
+
+def _planner(method: Method, solver: Solver) -> Callable[[Predictor, float], Solution]:
     """Return the planner of that name; only the program needs Drake."""
     if method == "gradient":
         from wam_cast.planning.gradient_descent import plan_by_gradient_descent
@@ -173,4 +199,4 @@ def _planner(method: Method) -> Callable[[Predictor, float], Solution]:
         return plan_by_gradient_descent
     from wam_cast.planning.program import plan_by_program
 
-    return plan_by_program
+    return partial(plan_by_program, solver=solver)

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.autodiffutils import ExtractGradient, ExtractValue, InitializeAutoDiff
-from pydrake.solvers import MathematicalProgram, SnoptSolver, SolverOptions
+from pydrake.solvers import IpoptSolver, MathematicalProgram, NloptSolver, SnoptSolver, SolverOptions
 
 from wam_cast.cast import cast_bounds, nearest_allowed
-from wam_cast.planning.plan import Predictor, Solution
+from wam_cast.planning.plan import Predictor, Solution, Solver
 
 Array = NDArray[np.float64]
 
@@ -28,6 +28,30 @@ LANDING_UNIT = 0.01
 
 EDGE_WEIGHT = 0.2
 """Cost [rad^2] of a parameter at its bound, as much as an entry angle of 26 degrees."""
+
+
+SAME_SOLUTION = 0.02
+"""Solutions that are closer than this in every scaled parameter count as one."""
+
+MAX_ITERATIONS = 60
+"""Of a solver from one start."""
+
+TOLERANCE = 1e-4
+"""To which a solver's optimum holds, in the units of cost and constraint."""
+
+_SOLVERS: dict[Solver, tuple[Any, dict[str, float]]] = {
+    "snopt": (
+        SnoptSolver,
+        {"Major iterations limit": MAX_ITERATIONS, "Major optimality tolerance": TOLERANCE},
+    ),
+    # Left to its own tolerance, IPOPT goes on long after it has found the optimum.
+    "ipopt": (IpoptSolver, {"max_iter": MAX_ITERATIONS, "tol": TOLERANCE, "constr_viol_tol": 1e-6}),
+    "nlopt": (
+        NloptSolver,
+        {"max_eval": 2 * MAX_ITERATIONS, "constraint_tol": 1e-6, "xtol_rel": 1e-5, "xtol_abs": 1e-5},
+    ),
+}
+"""Solvers by name, with their options."""
 
 
 @dataclass(frozen=True)
@@ -105,30 +129,43 @@ def build_program(model: Predictor, radius: float) -> CastProgram:
     return CastProgram(program, decision, evaluator)
 
 
-def plan_by_program(model: Predictor, radius: float) -> Solution:
+def plan_by_program(model: Predictor, radius: float, *, solver: Solver = "snopt") -> Solution:
     """Return the parameters of the best cast that is predicted to land at `radius` [m].
 
     The program is solved from several known casts that land nearby, and the best solution is kept.
     """
     built = build_program(model, radius)
     evaluator = built.evaluator
+    make_solver, values = _SOLVERS[solver]
     options = SolverOptions()
-    for name, value in (("Major iterations limit", 60), ("Major optimality tolerance", 1e-4)):
-        options.SetOption(SnoptSolver.id(), name, value)
-    solver = SnoptSolver()
+    for name, value in values.items():
+        options.SetOption(make_solver.id(), name, value)
     found: list[tuple[bool, float, Array]] = []
     for start in _starts(model, radius):
-        result = solver.Solve(built.program, (start - evaluator.lower) / evaluator.span, options)
+        result = make_solver().Solve(built.program, (start - evaluator.lower) / evaluator.span, options)
         scaled = np.clip(result.GetSolution(built.decision), 0.0, 1.0)
-        misses = abs(evaluator(scaled)[0][0] - radius) > 0.1 * LANDING_UNIT
+        misses = not abs(evaluator(scaled)[0][0] - radius) <= 0.1 * LANDING_UNIT
         found.append((bool(misses), result.get_optimal_cost(), scaled))
     # Solutions that land come first, and of these the one of least cost.
     _, _, scaled = min(found, key=lambda solution: solution[:2])
-    n_landing = sum(not solution[0] for solution in found)
-    reason = f"SNOPT reached the cup from {n_landing} of {len(found)} starts"
+    landing = [solution for misses, _, solution in found if not misses]
+    n_distinct = _count_distinct(landing)
+    reason = (
+        f"{solver.upper()} reached the cup from {len(landing)} of {len(found)} starts, "
+        f"with {n_distinct} distinct solution{'' if n_distinct == 1 else 's'}"
+    )
     # The solver keeps its constraints up to a tolerance.
     parameters = nearest_allowed(model.scenario, evaluator.lower + evaluator.span * scaled)
-    return Solution(parameters, evaluator.n_evaluations, reason)
+    return Solution(parameters, evaluator.n_evaluations, reason, n_distinct)
+
+
+def _count_distinct(solutions: list[Array]) -> int:
+    """Return how many of the solutions, in scaled parameters, are not like one before them."""
+    distinct: list[Array] = []
+    for solution in solutions:
+        if all(np.max(np.abs(solution - other)) > SAME_SOLUTION for other in distinct):
+            distinct.append(solution)
+    return len(distinct)
 
 
 def _starts(model: Predictor, radius: float) -> Array:

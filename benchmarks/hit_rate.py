@@ -12,8 +12,8 @@ import numpy as np
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
-from scipy.stats import binomtest
 
+from wam_cast.evaluation.experiment.statistics import wilson_interval
 from wam_cast.learning.forward_model import reference_model
 from wam_cast.planning.plan import METHODS, plan_cast
 from wam_cast.scenario import Cup, Scenario
@@ -44,13 +44,13 @@ def main() -> None:
             ]
             statuses = Counter(outcome.status for outcome in outcomes)
             caught = statuses.pop(Status.CAUGHT, 0)
-            interval = binomtest(caught, len(outcomes)).proportion_ci(method="wilson")
+            low, high = wilson_interval(caught, len(outcomes))
             misses = np.percentile([1e3 * outcome.miss for outcome in outcomes], [50, 95, 100])
             table.add_row(
                 method,
                 name,
                 f"{caught} of {len(outcomes)}",
-                f"{interval.low:.0%} to {interval.high:.0%}",
+                f"{low:.0%} to {high:.0%}",
                 ", ".join(f"{miss:.1f}" for miss in misses),
                 ", ".join(f"{count} {status}" for status, count in statuses.items()) or "-",
             )

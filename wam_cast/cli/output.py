@@ -181,21 +181,39 @@ def print_fit(model: ForwardModel) -> None:
 
 def print_findings(findings: Findings, directory: Path) -> None:
     """Print the experiment's main numbers beside the paper's, and where the report is."""
+    from wam_cast.evaluation.experiment import paper
+
     results = findings.summary()
     rmse, miss = results["test_rmse_m"], results["executed_miss_m"]
     low, high = results["hit_interval"]
     table = _table("", "paper", "here")
     casts = ", ".join(str(results[name]) for name in ("n_train", "n_validation", "n_test"))
-    table.add_row("training, validation, test casts", "1300, 300, 100", casts)
-    table.add_row("test RMSE, one sigma [cm]", "2.24", f"{100 * rmse['isotropic']:.2f}")
+    table.add_row(
+        "training, validation, test casts", f"{paper.N_TRAIN}, {paper.N_VALIDATION}, {paper.N_TEST}", casts
+    )
+    table.add_row(
+        "test RMSE, one sigma [cm]", f"{100 * paper.TEST_RMSE:.2f}", f"{100 * rmse['isotropic']:.2f}"
+    )
     table.add_row("test RMSE, three sigmas [cm]", "-", f"{100 * rmse['ard']:.2f}")
-    table.add_row("test RMSE, polynomial 12 [cm]", "21.7", f"{100 * rmse['polynomial_12']:.2f}")
-    table.add_row("mean predicted miss [mm]", "8.5", f"{1e3 * results['predicted_miss_m']['mean']:.1f}")
+    table.add_row(
+        "test RMSE, polynomial 12 [cm]",
+        f"{100 * paper.POLYNOMIAL_RMSE:.1f}",
+        f"{100 * rmse['polynomial_12']:.2f}",
+    )
+    table.add_row(
+        "mean predicted miss [mm]",
+        f"{1e3 * paper.PREDICTED_MISS:.1f}",
+        f"{1e3 * results['predicted_miss_m']['mean']:.1f}",
+    )
     table.add_row(
         "mean executed miss [mm]", "-", "-" if miss["mean"] is None else f"{1e3 * miss['mean']:.1f}"
     )
     caught = round(results["hit_rate"] * results["n_cups"])
-    table.add_row("hit rate", "90 %", f"{caught} of {results['n_cups']} ({low:.0%} to {high:.0%})")
+    table.add_row(
+        "hit rate",
+        f"{100 * paper.HIT_RATE:.0f} %",
+        f"{caught} of {results['n_cups']} ({low:.0%} to {high:.0%})",
+    )
     out.print(table)
     out.print(f"report: {directory / 'report.html'}")
 

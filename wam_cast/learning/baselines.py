@@ -119,7 +119,7 @@ class BoundsScaler(TransformerMixin, BaseEstimator):
     def __init__(self, bounds: tuple[ArrayLike, ArrayLike]) -> None:
         self.bounds = bounds
 
-    def fit(self, X: ArrayLike, y: object = None) -> Self:  # noqa: ARG002
+    def fit(self, X: ArrayLike, y: object = None) -> Self:  # noqa: ARG002 - scikit-learn's contract
         """Note the number of inputs; there is nothing to learn."""
         validate_data(self, X, dtype=np.float64)
         return self
@@ -153,7 +153,7 @@ class MonomialFeatures(TransformerMixin, BaseEstimator):
         self.degree = degree
         self.is_additive = is_additive
 
-    def fit(self, X: ArrayLike, y: object = None) -> Self:  # noqa: ARG002
+    def fit(self, X: ArrayLike, y: object = None) -> Self:  # noqa: ARG002 - scikit-learn's contract
         """List the exponents for as many inputs as `X` has."""
         n_features = validate_data(self, X, dtype=np.float64).shape[1]
         exponents = np.array(list(product(range(self.degree + 1), repeat=n_features)))

@@ -243,8 +243,8 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         """
         X_valid = self._validate(X)
         K = gaussian_kernel(self._scale(self.X_fit_), self._scale(X_valid))
-        residuals = self.leave_one_out_residuals()
-        squared_scale = np.mean((residuals.T**2 * self._inverse_diagonal()).T, axis=0)
+        residuals, inverse_diagonal = self._leave_one_out()
+        squared_scale = np.mean((residuals.T**2 * inverse_diagonal).T, axis=0)
         explained = solve_triangular(self.cholesky_, K, lower=True, overwrite_b=True)
         # Rounding may take a little too much off where a training row is.
         unexplained = np.maximum(1.0 - np.einsum("ij,ij->j", explained, explained), 0.0)
@@ -272,6 +272,10 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         sklearn.exceptions.NotFittedError
             If called before `fit`.
         """
+        return self._leave_one_out()[0]
+
+    def _leave_one_out(self) -> tuple[FloatArray, FloatArray]:
+        """Return the leave-one-out residuals and the diagonal of `(K + λ I)^-1`, shape (n_samples,)."""
         check_is_fitted(self)
         n_samples = len(self.X_fit_)
         if n_samples < 2:
@@ -286,9 +290,10 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
             mean_minus_mean_of_others = y_centered / (n_samples - 1)
             dual_ones = cho_solve((self.cholesky_, True), np.ones((n_samples, 1)))
             dual_coef = dual_coef + mean_minus_mean_of_others * dual_ones
-        inverse_diagonal = self._inverse_diagonal()
+        inverse_lower = solve_triangular(self.cholesky_, np.eye(n_samples), lower=True)
+        inverse_diagonal: FloatArray = np.einsum("ij,ij->j", inverse_lower, inverse_lower)
         residuals: FloatArray = (dual_coef / inverse_diagonal[:, np.newaxis]).reshape(self.dual_coef_.shape)
-        return residuals
+        return residuals, inverse_diagonal
 
     def _validate(self, X: ArrayLike) -> FloatArray:
         check_is_fitted(self)
@@ -299,13 +304,6 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         """Scale inputs so that the kernel has unit width."""
         Z: FloatArray = (X - self.input_offset_) / self.length_scale_
         return Z
-
-    def _inverse_diagonal(self) -> FloatArray:
-        """Return the diagonal of `(K + λ I)^-1`, shape (n_samples,)."""
-        n_samples = len(self.X_fit_)
-        inverse_lower = solve_triangular(self.cholesky_, np.eye(n_samples), lower=True)
-        diagonal: FloatArray = np.einsum("ij,ij->j", inverse_lower, inverse_lower)
-        return diagonal
 
 
 def gaussian_kernel(Z: FloatArray, Z_fit: FloatArray) -> FloatArray:

@@ -156,18 +156,10 @@ def tune_by_leave_one_out(
             log_error, theta0, jac=True, method="L-BFGS-B", bounds=bounds, callback=record, options=options
         )
     free_gradient = end.x - np.clip(end.x - end.jac, *bounds.T)
-    parameters = [unpack(theta) for theta, _ in path]
-    sigma_path = np.array([sigma for sigma, _ in parameters])
-    regularization_path = np.array([lam for _, lam in parameters])
-    rmse_path = np.exp([value + log_spread for _, value in path])
-    return TuningResult(
-        sigma=sigma_path[-1].copy() if sigma_start.ndim else float(sigma_path[-1]),
-        regularization=float(regularization_path[-1]),
-        rmse=float(rmse_path[-1]),
-        sigma_path=sigma_path,
-        regularization_path=regularization_path,
-        rmse_path=rmse_path,
-        is_converged=bool(np.max(np.abs(free_gradient)) <= tolerance),
+    return TuningResult.of_path(
+        [unpack(theta) for theta, _ in path],
+        np.exp([value + log_spread for _, value in path]),
+        bool(np.max(np.abs(free_gradient)) <= tolerance),
     )
 
 

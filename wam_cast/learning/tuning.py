@@ -6,9 +6,9 @@ at any scale. It lowers the logarithm of the error, whose slope does not depend 
 
 import math
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -85,6 +85,23 @@ class TuningResult:
     regularization_path: FloatArray
     rmse_path: FloatArray
     is_converged: bool
+
+    @classmethod
+    def of_path(
+        cls, parameters: Sequence[tuple[FloatArray, float]], rmse_path: FloatArray, is_converged: bool
+    ) -> Self:
+        """Return the result of a search whose points had these σ and λ, and these errors; the last one is the best."""
+        sigma_path = np.array([sigma for sigma, _ in parameters])
+        regularization_path = np.array([lam for _, lam in parameters])
+        return cls(
+            sigma=sigma_path[-1].copy() if sigma_path.ndim > 1 else float(sigma_path[-1]),
+            regularization=float(regularization_path[-1]),
+            rmse=float(rmse_path[-1]),
+            sigma_path=sigma_path,
+            regularization_path=regularization_path,
+            rmse_path=rmse_path,
+            is_converged=is_converged,
+        )
 
 
 def validation_error_gradient(
@@ -202,18 +219,8 @@ def tune_sigma(
 
     theta0 = np.log(np.append(sigma_start, [regularization] if tune_regularization else []))
     path, is_converged = _descend(log_rmse, theta0, max_steps, tolerance)
-    parameters = [unpack(theta) for theta, _ in path]
-    sigma_path = np.array([sigma for sigma, _ in parameters])
-    regularization_path = np.array([lam for _, lam in parameters])
-    rmse_path = np.exp([value for _, value in path])
-    return TuningResult(
-        sigma=sigma_path[-1].copy() if sigma_start.ndim else float(sigma_path[-1]),
-        regularization=float(regularization_path[-1]),
-        rmse=float(rmse_path[-1]),
-        sigma_path=sigma_path,
-        regularization_path=regularization_path,
-        rmse_path=rmse_path,
-        is_converged=is_converged,
+    return TuningResult.of_path(
+        [unpack(theta) for theta, _ in path], np.exp([value for _, value in path]), is_converged
     )
 
 

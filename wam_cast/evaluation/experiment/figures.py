@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from wam_cast.cast import Cast
 from wam_cast.errors import InputError
 from wam_cast.evaluation.experiment import paper
+from wam_cast.evaluation.experiment.execution import clear_radius
 from wam_cast.evaluation.experiment.findings import PAPERS_PLANNER, Findings
 from wam_cast.evaluation.experiment.results import ErrorCurve, Execution, to_array
 from wam_cast.evaluation.figures.calibration import draw_calibration
@@ -279,8 +280,9 @@ def _noise(findings: Findings) -> Figure:
     figure = Figure(figsize=(WIDTH, 2.6 * (len(learned) + 2)), layout="constrained")
     top, *middle, bottom = figure.subfigures(len(learned) + 2, 1, squeeze=False)[:, 0]
     scatter, curve = top.subplots(1, 2)
-    clear = scenario.cup.inner_radius - scenario.ball.radius
-    draw_landing_scatter(scatter, to_array(noise.along), to_array(noise.across), clear_radius=clear)
+    draw_landing_scatter(
+        scatter, to_array(noise.along), to_array(noise.across), clear_radius=clear_radius(scenario)
+    )
     draw_error_curve(
         curve,
         np.array(noise.regularization_curve.x),

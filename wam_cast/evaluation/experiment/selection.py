@@ -18,6 +18,7 @@ from wam_cast.evaluation.experiment.results import (
     maybe_floats,
 )
 from wam_cast.evaluation.experiment.settings import OnProgress
+from wam_cast.evaluation.experiment.statistics import rmse
 from wam_cast.learning.forward_model import START_SIGMA, tune_model
 from wam_cast.learning.kernel_ridge import KernelRidge
 from wam_cast.learning.leave_one_out import tune_by_leave_one_out
@@ -123,12 +124,10 @@ class _Errors:
             model.fit(self._train.X, self._train.landing)
         except np.linalg.LinAlgError:
             return np.nan, np.nan
-        residuals = (
-            model.leave_one_out_residuals(),
-            model.predict(self._validation.X) - self._validation.landing,
+        return (
+            rmse(model.leave_one_out_residuals()),
+            rmse(model.predict(self._validation.X) - self._validation.landing),
         )
-        loo, validation = (float(np.sqrt(np.mean(residual**2))) for residual in residuals)
-        return loo, validation
 
     def chosen(self, tuned: TuningResult) -> Chosen:
         loo, validation = self.evaluate(np.asarray(tuned.sigma), tuned.regularization)

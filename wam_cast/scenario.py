@@ -331,6 +331,11 @@ class Scenario(_Part):
         return yaml.safe_dump(self.model_dump(mode="json"), sort_keys=False)
 
     @property
+    def without_noise(self) -> Self:
+        """The same scenario, all noise off."""
+        return self.model_copy(update={"noise": Noise()})
+
+    @property
     def fingerprint(self) -> str:
         """Hash of all that a cast's landing depends on: this scenario but for the cup's shape and contact, and the arm's model.
 

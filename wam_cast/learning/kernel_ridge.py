@@ -215,6 +215,33 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         gradient = (gradient_scaled / self.length_scale_).reshape(len(Z), *output_shape, n_features)
         return prediction, gradient
 
+    def expand(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Expand the prediction about one input to second order, for optimizers: quickly, and `x` is taken as it is.
+
+        Parameters
+        ----------
+        x : ndarray of shape (n_features,)
+            An input, in the units of the training inputs, finite.
+
+        Returns
+        -------
+        prediction, gradient, hessian : ndarray of shape (n_outputs,), (n_outputs, n_features), (n_outputs, n_features, n_features)
+            In units of the targets per units of the inputs; without the axis of outputs if the training targets were 1-D.
+        """
+        offsets = (x - self.X_fit_) / self.length_scale_
+        kernel = np.exp(-np.einsum("ij,ij->i", offsets, offsets))
+        n_samples, n_features = offsets.shape
+        weights = (self.dual_coef_.reshape(n_samples, -1) * kernel[:, np.newaxis]).T
+        products = (offsets[:, :, np.newaxis] * offsets[:, np.newaxis, :]).reshape(n_samples, -1)
+        total = weights.sum(axis=1)
+        # dk / dz = -2 (z - z_n) k,  d^2 k / dz dz^T = (4 (z - z_n) (z - z_n)^T - 2 I) k
+        curvature = 4.0 * (weights @ products) - 2.0 * np.outer(total, np.eye(n_features))
+        shape = (*self.dual_coef_.shape[1:], n_features)
+        prediction = total.reshape(shape[:-1]) + self.target_mean_
+        gradient = (-2.0 * (weights @ offsets) / self.length_scale_).reshape(shape)
+        scales = np.outer(self.length_scale_, self.length_scale_)
+        return prediction, gradient, curvature.reshape(*shape, n_features) / scales
+
     def predict_std(self, X: ArrayLike) -> FloatArray:
         """Estimate the standard deviation of a new target about its prediction.
 
@@ -243,7 +270,7 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         """
         X_valid = self._validate(X)
         K = gaussian_kernel(self._scale(self.X_fit_), self._scale(X_valid))
-        residuals, inverse_diagonal = self._leave_one_out()
+        residuals, inverse_diagonal = self.leave_one_out()
         squared_scale = np.mean((residuals.T**2 * inverse_diagonal).T, axis=0)
         explained = solve_triangular(self.cholesky_, K, lower=True, overwrite_b=True)
         # Rounding may take a little too much off where a training row is.
@@ -272,10 +299,23 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         sklearn.exceptions.NotFittedError
             If called before `fit`.
         """
-        return self._leave_one_out()[0]
+        return self.leave_one_out()[0]
 
-    def _leave_one_out(self) -> tuple[FloatArray, FloatArray]:
-        """Return the leave-one-out residuals and the diagonal of `(K + λ I)^-1`, shape (n_samples,)."""
+    def leave_one_out(self) -> tuple[FloatArray, FloatArray]:
+        """Compute the leave-one-out residuals, and what the posterior of a Gaussian process foretells of them.
+
+        Returns
+        -------
+        residuals : ndarray of shape (n_samples,) or (n_samples, n_outputs)
+            As from `leave_one_out_residuals`.
+        inverse_diagonal : ndarray of shape (n_samples,)
+            Of `(K + λ I)^-1`: the inverse of the variance that is foretold, up to a factor common to all.
+
+        Raises
+        ------
+        ValueError, sklearn.exceptions.NotFittedError
+            As from `leave_one_out_residuals`.
+        """
         check_is_fitted(self)
         n_samples = len(self.X_fit_)
         if n_samples < 2:

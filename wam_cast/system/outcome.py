@@ -91,6 +91,9 @@ class Outcome:
         Between that velocity and the downward vertical [rad].
     is_slack
         Whether the string was slack at the landing.
+    slack
+        By how much hand and ball were closer than the string is long [m]: the least from the landing until the whole ball was
+        below the rim plane, as if there were no cup; nan if it never landed.
     miss
         Horizontal distance from the landing to the cup's axis [m]; nan without a cup.
     peak_load, peak_speed
@@ -111,6 +114,7 @@ class Outcome:
     entry_velocity: Array
     entry_angle: float
     is_slack: bool
+    slack: float
     miss: float
     peak_load: Array
     peak_speed: Array

@@ -192,8 +192,9 @@ class CastSimulator:
     def _fly(self, run: _Run) -> None:
         """Advance until the ball has crossed the rim plane and, with a cup, is near something that it can touch.
 
-        There the state is handed over to the station with contact. The flight goes on to the landing all the same: the
-        model learns where the ball comes down, and what the rim makes of it must not count.
+        There the state is handed over to the station with contact. The flight goes on all the same, until the ball is below the
+        rim plane or the string taut: the model learns where and how the ball comes down, and what the rim makes of it must
+        not count.
         """
         simulator = self._flight_simulator
         context = simulator.get_mutable_context()
@@ -214,8 +215,17 @@ class CastSimulator:
                 if gap < CONTACT_LOOK_PERIODS * per_period:
                     self._enter_scene(run)
                 n_look = LOOK_PERIODS if gap > 2 * LOOK_PERIODS * per_period else CONTACT_LOOK_PERIODS
-            if run.was_low and (run.cup is None or run.scene_start is not None):
-                return
+            if run.was_low:
+                n_look = CONTACT_LOOK_PERIODS
+                if (run.cup is None or run.scene_start is not None) and self._has_ended(p_WL):
+                    return
+
+    def _has_ended(self, p_WL: Array) -> bool:
+        """Return whether a ball that has come down to the rim plane is all below it, or hangs in a taut string."""
+        context = self._flight.plant.GetMyContextFromRoot(self._flight_simulator.get_context())
+        p_EL_W = p_WL - self._hand.EvalPoseInWorld(context).translation()
+        is_taut = np.linalg.norm(p_EL_W) >= (1 - SLACK_MARGIN) * self.scenario.string.length
+        return bool(is_taut or p_WL[2] <= self.scenario.cup.rim_height - self.scenario.ball.radius)
 
     def _gap(self, p_WL: Array, cup: tuple[float, float]) -> float:
         """Return the distance [m] between the ball's surface and the floor or a solid cylinder as large as the cup."""
@@ -305,7 +315,7 @@ class CastSimulator:
         load = motor_load(torques, self._torque_limits).max(axis=0)
         speed = (np.abs(states[:, self._n_q : self._n_q + N_ARM]) / self._speed_limits).max(axis=0)
         limits_hit = self._limits_hit(states[:, :N_ARM], load, speed)
-        crossing, is_slack = (None, False) if run.breakdown is not None else self._landing(run)
+        crossing, slack = (None, np.full(1, np.nan)) if run.breakdown is not None else self._landing(run)
         nothing = np.full(3, np.nan)
         landing = nothing[:2] if crossing is None else crossing.p_WL[:2]
         velocity = nothing if crossing is None else crossing.v_WL
@@ -318,7 +328,8 @@ class CastSimulator:
             crossing_time=math.nan if crossing is None else crossing.time,
             entry_velocity=velocity,
             entry_angle=angle_from_vertical(velocity),
-            is_slack=is_slack,
+            is_slack=bool(slack[0] > SLACK_MARGIN * self.scenario.string.length),
+            slack=float(slack.min()),
             miss=math.nan if run.cup is None else float(np.linalg.norm(landing - run.cup)),
             peak_load=load,
             peak_speed=speed,
@@ -327,14 +338,20 @@ class CastSimulator:
             end_time=float(times[-1]),
         )
 
-    def _landing(self, run: _Run) -> tuple[Crossing | None, bool]:
-        """Return the flight's crossing of the rim plane, and whether the string was slack there."""
+    def _landing(self, run: _Run) -> tuple[Crossing | None, Array]:
+        """Return the flight's crossing of the rim plane, and the string's slack [m] there and at each sample after it."""
         times, states, _ = self._flight.logged(self._flight_simulator.get_context())
         # Kinematics cost: at all looks but the last ones the ball was seen above the plane.
         end = slice(int(np.searchsorted(times, run.high_until - 1e-9)), None)
+        times = times[end]
         p_WL, v_WL, p_WE = self._kinematics(states[end])
-        crossing = find_crossing(BallTrack(times[end], p_WL, v_WL), self.scenario.cup.rim_height)
-        return crossing, crossing is not None and self._is_slack(crossing, times[end], p_WE)
+        crossing = find_crossing(BallTrack(times, p_WL, v_WL), self.scenario.cup.rim_height)
+        if crossing is None:
+            return None, np.full(1, np.nan)
+        hand = [np.interp(crossing.time, times, p_WE[:, axis]) for axis in range(3)]
+        after = times > crossing.time
+        p_EL_W = np.vstack([crossing.p_WL - hand, p_WL[after] - p_WE[after]])
+        return crossing, self.scenario.string.length - np.linalg.norm(p_EL_W, axis=1)
 
     def _status(
         self, run: _Run, crossing: Crossing | None, limits_hit: tuple[str, ...], times: Array, states: Array
@@ -353,11 +370,6 @@ class CastSimulator:
         R_CW = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
         p_CL = (p_WL - [*run.cup, self.scenario.cup.rim_height]) @ R_CW.T
         return judge(p_CL, run.is_at_rest, run.is_carried, self.scenario.cup, self.scenario.ball.radius)
-
-    def _is_slack(self, crossing: Crossing, times: Array, p_WE: Array) -> bool:
-        hand = [np.interp(crossing.time, times, p_WE[:, axis]) for axis in range(3)]
-        distance = float(np.linalg.norm(crossing.p_WL - hand))
-        return distance < (1 - SLACK_MARGIN) * self.scenario.string.length
 
     def _limits_hit(self, q: Array, load: Array, speed: Array) -> tuple[str, ...]:
         outside = np.any((q < self._lower) | (q > self._upper), axis=0)

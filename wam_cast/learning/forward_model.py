@@ -76,10 +76,8 @@ class Expansion(NamedTuple):
     """`OUTPUTS`, shape (7,)."""
     gradient: Array
     """Of the outputs, shape (7, 3)."""
-    landing_hessian: Array
-    """Second derivative of the landing along the casting plane, shape (3, 3)."""
     std: float
-    """By how much that landing may be off, one standard deviation [m]: the model's own error, without noise of the casts."""
+    """By how much the landing along the casting plane may be off for the model's own error, one standard deviation [m]."""
     std_gradient: Array
     """Its derivative, shape (3,)."""
 
@@ -119,6 +117,10 @@ class ForwardModel:
         self.info = info
         self.uncertainty = uncertainty
         self._estimator = estimator
+        # The same without its other outputs, which what asks for the landing alone need not compute.
+        self._landing_estimator = copy(estimator)
+        self._landing_estimator.dual_coef_ = estimator.dual_coef_[:, 0].copy()
+        self._landing_estimator.target_mean_ = estimator.target_mean_[0]
 
     @classmethod
     def fit(cls, data: CastDataset) -> Self:
@@ -186,9 +188,13 @@ class ForwardModel:
 
     def expand(self, cast: Array) -> Expansion:
         """Return all that a planner asks about one cast `[distance, speed, wait]`, shape (3,)."""
-        outputs, gradient, hessian = self._estimator.expand(cast)
-        std, std_gradient = self.uncertainty.expand(cast)
-        return Expansion(outputs, gradient, hessian[0], std, std_gradient)
+        outputs, gradient = self._estimator.expand(cast[np.newaxis])
+        return Expansion(outputs[0], gradient[0], *self.uncertainty.expand(cast))
+
+    def landing_with_gradient(self, casts: Array) -> tuple[Array, Array]:
+        """Return the landing along the casting plane [m] of a few casts, shape (n,), and its derivative in SI units, (n, 3)."""
+        landing, gradient = self._landing_estimator.expand(casts)
+        return landing, gradient
 
     def serves(self, scenario: Scenario) -> bool:
         """Return whether the model predicts the casts of `scenario`: the cup's shape may be another, and there may be noise.
@@ -198,7 +204,7 @@ class ForwardModel:
         return self.scenario.fingerprint in (scenario.fingerprint, scenario.without_noise.fingerprint)
 
     def bound_to(self, scenario: Scenario) -> Self:
-        """Return the same model for plans in `scenario`, whose cup and noise then count; raises `InputError` if it does not serve."""
+        """Return the same model for plans in `scenario`, whose cup and noise count; raises `InputError` if it does not serve."""
         if not self.serves(scenario):
             raise InputError(
                 f"made for another scenario ({self.scenario.fingerprint}, not {scenario.fingerprint}); "

@@ -113,9 +113,9 @@ class LandingUncertainty:
         variance = max(1.0 - float(white @ white), 0.0) + self._regularization
         # d variance / dz = -2 white^T W dk / dz, with dk_n / dz = -2 (z - z_n) k_n
         slope = 4.0 * ((white @ self._whitening) * kernel) @ offsets / self._length_scale
-        log_ratio, log_slope, _ = self._correction.expand(x)
-        std = self.fit.scale * float(np.exp(log_ratio)) * variance**0.5
-        return std, std * (log_slope + slope / (2 * variance))
+        log_ratio, log_slope = self._correction.expand(x[np.newaxis])
+        std = self.fit.scale * float(np.exp(log_ratio[0])) * variance**0.5
+        return std, std * (log_slope[0] + slope / (2 * variance))
 
 
 def _whitening(K: Array, regularization: float) -> Array:

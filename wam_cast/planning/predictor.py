@@ -28,12 +28,8 @@ class Expansion(Protocol):
         """Of the prediction, shape (7, 3)."""
 
     @property
-    def landing_hessian(self) -> Array:
-        """Second derivative of the landing along the casting plane, shape (3, 3)."""
-
-    @property
     def std(self) -> float:
-        """By how much that landing may be off for the model's own error, one standard deviation [m]."""
+        """By how much the landing along the plane may be off for the model's own error, one standard deviation [m]."""
 
     @property
     def std_gradient(self) -> Array:
@@ -64,3 +60,6 @@ class Predictor(Protocol):
 
     def expand(self, cast: Array) -> Expansion:
         """Return the `Expansion` about one cast, shape (3,)."""
+
+    def landing_with_gradient(self, casts: Array) -> tuple[Array, Array]:
+        """Return the landing along the plane [m] of casts of shape (n, 3), shape (n,), and its derivative, shape (n, 3)."""

@@ -15,11 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.autodiffutils import ExtractGradient, ExtractValue, InitializeAutoDiff
 from pydrake.solvers import IpoptSolver, MathematicalProgram, NloptSolver, SnoptSolver, SolverOptions
+from scipy.special import expit
 
 from wam_cast.cast import cast_bounds, nearest_allowed
-from wam_cast.planning.chance import STEEP, repeatability
+from wam_cast.planning.chance import STEEP, scatter_of_move, repeatability
 from wam_cast.planning.plan import Solution, Solver
-from wam_cast.planning.predictor import ALONG, ENTRY_ANGLE, PEAK_LOAD, PEAK_SPEED, SLACK, Predictor
+from wam_cast.planning.predictor import ALONG, ENTRY_ANGLE, PEAK_LOAD, PEAK_SPEED, SLACK, Expansion, Predictor
 
 Array = NDArray[np.float64]
 Term = Literal["model error", "repeatability", "entry angle", "slack", "limits"]
@@ -41,6 +42,12 @@ LANDING_UNIT = 0.01
 
 CLEARANCE_SOFTNESS = 1e-3
 """Of the clear offset [m]: above this it counts as it is, below it fades to nothing, but never quite."""
+
+BOUNDS_DEVIATIONS = 2.0
+"""Standard deviations of the noise by which a cast keeps away from its bounds."""
+
+LARGEST_MARGIN = 0.05
+"""The same at most, in scaled parameters."""
 
 LEAST_SLACK = 0.01
 """Of the string from the landing on, as a share of its length: twice what counts as slack."""
@@ -96,53 +103,58 @@ class Evaluator:
 
     def __init__(self, model: Predictor, terms: frozenset[Term]) -> None:
         self._model, self._terms = model, terms
+        self._scenario = model.scenario
+        self._noise = repeatability(model.scenario)
         self.lower, upper = cast_bounds(model.scenario)
         self.span = upper - self.lower
         self.n_evaluations = 0
-        noise = repeatability(model.scenario)
-        self._move_variance = np.array([noise.distance, noise.speed, noise.wait]) ** 2
-        self._swing_variance = (noise.swing * model.scenario.string.length) ** 2
         self._last: tuple[bytes, Any] = (b"", None)
+
+    @property
+    def margin(self) -> Array:
+        """By how much scaled parameters keep away from their bounds, beyond which the model has seen no cast, shape (3,)."""
+        if "repeatability" not in self._terms:
+            return np.zeros(3)
+        deviations = np.array([self._noise.distance, self._noise.speed, self._noise.wait])
+        return np.minimum(BOUNDS_DEVIATIONS * deviations / self.span, LARGEST_MARGIN)
 
     def outputs(self, scaled: Array) -> tuple[Array, Array]:
         """Return the prediction, shape (7,), and its derivative by `scaled`, shape (7, 3)."""
         expansion = self._expand(scaled)
         return expansion.outputs, expansion.gradient * self.span
 
-    def chance(self, scaled: Array) -> tuple[Array, Array]:
+    def log_spread(self, scaled: Array) -> tuple[Array, Array]:
         """Return the logarithm of the spread's share of the clear offset, shape (1,), and its derivative, (1, 3)."""
         expansion = self._expand(scaled)
-        variance, slope = self._swing_variance, np.zeros(3)
+        variance, slope = (self._noise.swing * self._scenario.string.length) ** 2, np.zeros(3)
         if "model error" in self._terms:
             variance += expansion.std**2
-            slope = slope + 2 * expansion.std * expansion.std_gradient
+            slope += 2 * expansion.std * expansion.std_gradient
         if "repeatability" in self._terms:
-            carried = expansion.gradient[ALONG] * self._move_variance
-            variance += float(carried @ expansion.gradient[ALONG])
-            slope = slope + 2 * expansion.landing_hessian @ carried
-        clear, clear_slope = self._clear(expansion)
+            mean_square, gradient = scatter_of_move(self._model, self.lower + self.span * scaled, self._noise)
+            variance += mean_square
+            slope += gradient
+        clear, clear_slope = self._clear_offset(expansion)
         value = 0.5 * math.log(variance) - math.log(clear)
         return np.array([value]), ((slope / (2 * variance) - clear_slope / clear) * self.span)[np.newaxis]
 
-    def _clear(self, expansion: Any) -> tuple[float, Array]:
+    def _clear_offset(self, expansion: Expansion) -> tuple[float, Array]:
         """Return by how much the landing may be off along the casting plane [m], smooth and positive, and its derivative."""
-        scenario = self._model.scenario
-        if "entry angle" not in self._terms:
-            return scenario.cup.inner_radius - scenario.ball.radius, np.zeros(3)
-        angle, gradient = expansion.outputs[ENTRY_ANGLE], expansion.gradient[ENTRY_ANGLE]
-        cosine = math.cos(angle)
-        swept = scenario.ball.radius / max(cosine, STEEP)
-        slope = -swept * math.tan(angle) if cosine > STEEP else 0.0
-        clear = (scenario.cup.inner_radius - swept) / CLEARANCE_SOFTNESS
+        cup, ball = self._scenario.cup.inner_radius, self._scenario.ball.radius
+        angle = float(expansion.outputs[ENTRY_ANGLE]) if "entry angle" in self._terms else 0.0
+        cosine = max(math.cos(angle), STEEP)
+        slope = -ball * math.sin(angle) / cosine**2 if cosine > STEEP else 0.0
+        clear = (cup - ball / cosine) / CLEARANCE_SOFTNESS
         soft = CLEARANCE_SOFTNESS * float(np.logaddexp(0.0, clear))
-        return soft, slope / (1.0 + math.exp(-clear)) * gradient
+        return soft, slope * expit(clear) * expansion.gradient[ENTRY_ANGLE]
 
-    def _expand(self, scaled: Array) -> Any:
+    def _expand(self, scaled: Array) -> Expansion:
         key = scaled.tobytes()
         if key != self._last[0]:
             self.n_evaluations += 1
             self._last = key, self._model.expand(self.lower + self.span * scaled)
-        return self._last[1]
+        expansion: Expansion = self._last[1]
+        return expansion
 
 
 def build_program(model: Predictor, radius: float, *, without: tuple[Term, ...] = ()) -> CastProgram:
@@ -151,7 +163,8 @@ def build_program(model: Predictor, radius: float, *, without: tuple[Term, ...] 
     scenario, evaluator = model.scenario, Evaluator(model, terms)
     program = MathematicalProgram()
     decision = program.NewContinuousVariables(3, "cast")
-    program.AddBoundingBoxConstraint(0.0, 1.0, decision).evaluator().set_description("bounds")
+    bounds = program.AddBoundingBoxConstraint(evaluator.margin, 1.0 - evaluator.margin, decision)
+    bounds.evaluator().set_description("bounds")
     # distance >= speed * min_move_duration, in scaled variables
     shortest = scenario.motion.min_move_duration
     row = np.array([[evaluator.span[0], -shortest * evaluator.span[1], 0.0]])
@@ -173,7 +186,7 @@ def build_program(model: Predictor, radius: float, *, without: tuple[Term, ...] 
     if "limits" in terms:
         constrain("motors' torque", PEAK_LOAD, 1.0, -np.inf, LARGEST_SHARE)
         constrain("joints' speed", PEAK_SPEED, 1.0, -np.inf, LARGEST_SHARE)
-    cost = program.AddCost(lambda scaled: _carry(evaluator.chance, scaled, slice(1))[0], vars=decision)
+    cost = program.AddCost(lambda scaled: _carry(evaluator.log_spread, scaled, slice(1))[0], vars=decision)
     cost.evaluator().set_description("spread by clear offset, logarithm")
     return CastProgram(program, decision, evaluator)
 
@@ -205,7 +218,7 @@ def plan_by_program(
         scaled = np.clip(result.GetSolution(built.decision), 0.0, 1.0)
         misses = not abs(evaluator.outputs(scaled)[0][ALONG] - radius) <= 0.1 * LANDING_UNIT
         violates = not built.program.CheckSatisfied(built.program.GetAllConstraints(), scaled, 1e-3)
-        found.append((bool(misses), violates, float(evaluator.chance(scaled)[0][0]), scaled))
+        found.append((bool(misses), violates, float(evaluator.log_spread(scaled)[0][0]), scaled))
     # Solutions that land come first, of these the ones that keep all constraints, and of these the one of least cost.
     *_, scaled = min(found, key=lambda solution: solution[:3])
     landing = [scaled for misses, *_, scaled in found if not misses]
@@ -232,7 +245,7 @@ def _starts(model: Predictor, evaluator: Evaluator, radius: float) -> list[Array
     """Return known casts, in scaled parameters, of those that landed near `radius`: the best first, and none like another."""
     nearby = np.argsort(np.abs(model.known_outputs[:, ALONG] - radius), kind="stable")[:N_NEARBY]
     scaled = (model.known_casts[nearby] - evaluator.lower) / evaluator.span
-    order = np.argsort([evaluator.chance(one)[0][0] for one in scaled], kind="stable")
+    order = np.argsort([evaluator.log_spread(one)[0][0] for one in scaled], kind="stable")
     starts: list[Array] = []
     for one in scaled[order]:
         if all(np.max(np.abs(one - other)) > START_DISTANCE for other in starts):

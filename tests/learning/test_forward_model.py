@@ -25,10 +25,11 @@ N_CASTS = 340  # split into 260, 60 and 20
 
 
 def closed_form(casts):
-    """Return landing along, across and entry angle of casts, shape (n, 3): smooth, without physics."""
+    """Return the outputs of casts, shape (n, 3): smooth, without physics."""
     distance, speed, wait = casts.T
     along = 0.2 + distance + 0.4 * speed * np.cos(3 * wait)
-    return np.column_stack([along, 0.01 * speed * wait, 0.5 * speed**2])
+    others = [1.5 + 0.2 * wait, 0.02 + 0.1 * distance * wait, 0.3 + 0.1 * speed, 0.5 + 0.2 * distance]
+    return np.column_stack([along, 0.01 * speed * wait, 0.5 * speed**2, *others])
 
 
 def synthetic(n_casts=N_CASTS, scenario=SCENARIO, seed=0):

@@ -18,7 +18,7 @@ from pydrake.solvers import IpoptSolver, MathematicalProgram, NloptSolver, Snopt
 from scipy.special import expit
 
 from wam_cast.cast import cast_bounds, nearest_allowed
-from wam_cast.planning.chance import STEEP, scatter_of_move, repeatability
+from wam_cast.planning.chance import STEEP, repeatability, scatter_of_move
 from wam_cast.planning.plan import Solution, Solver
 from wam_cast.planning.predictor import ALONG, ENTRY_ANGLE, PEAK_LOAD, PEAK_SPEED, SLACK, Expansion, Predictor
 
@@ -215,7 +215,8 @@ def plan_by_program(
     found: list[tuple[bool, bool, float, Array]] = []
     for start in _starts(model, evaluator, radius):
         result = make_solver().Solve(built.program, start, options)
-        scaled = np.clip(result.GetSolution(built.decision), 0.0, 1.0)
+        # NLopt gives no numbers where there is no solution.
+        scaled = np.clip(np.nan_to_num(result.GetSolution(built.decision), nan=start), 0.0, 1.0)
         misses = not abs(evaluator.outputs(scaled)[0][ALONG] - radius) <= 0.1 * LANDING_UNIT
         violates = not built.program.CheckSatisfied(built.program.GetAllConstraints(), scaled, 1e-3)
         found.append((bool(misses), violates, float(evaluator.log_spread(scaled)[0][0]), scaled))

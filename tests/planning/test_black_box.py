@@ -17,8 +17,8 @@ RANDOM = pytest.mark.parametrize("method", ["cma-es", "bayesian"])
 
 LOWER, UPPER = cast_bounds(Scenario())
 
-# Most of the box of these bounds is too fast for its distance; at the shortest distance nothing is allowed but the lowest speed.
-CUT = Scenario.from_dict({"bounds": {"distance": [0.05, 0.12], "speed": [0.25, 0.85]}})
+# Most of the box of these bounds is too fast for its distance, and below 0.06 m all of it.
+CUT = Scenario.from_dict({"bounds": {"distance": [0.05, 0.12], "speed": [0.3, 0.85]}})
 
 
 class Asked:
@@ -86,14 +86,17 @@ def test_bounds_and_the_shortest_move_are_kept_at_every_evaluation(method, scena
 
 
 def test_the_unit_cube_is_all_that_is_allowed():
-    for scenario in (Scenario(), CUT):
-        lower, upper = cast_bounds(scenario)
-        np.testing.assert_allclose(
-            cast_at(scenario, np.ones(3)), [upper[0], min(upper[1], upper[0] / 0.2), upper[2]]
-        )
-        assert cast_at(scenario, np.zeros(3)) == pytest.approx(lower)
-    # Halfway up the speeds that 0.085 m leave: up to 0.425 m/s.
-    assert cast_at(CUT, np.full(3, 0.5)) == pytest.approx([0.085, (0.25 + 0.425) / 2, 0.25])
+    assert cast_at(Scenario(), np.zeros(3)) == pytest.approx(LOWER)
+    assert cast_at(Scenario(), np.ones(3)) == pytest.approx(UPPER)
+    assert cast_at(CUT, np.zeros(3)) == pytest.approx([0.06, 0.3, 0.0])
+    assert cast_at(CUT, np.ones(3)) == pytest.approx([0.12, 0.6, 0.5])
+    # Halfway up the speeds that 0.09 m leave: up to 0.45 m/s.
+    assert cast_at(CUT, np.full(3, 0.5)) == pytest.approx([0.09, 0.375, 0.25])
+
+
+def test_cma_es_draws_anew_what_is_out_of_bounds():
+    _, asked = search("cma-es", 35, lambda casts: casts @ [1.0, 1.0, 1.0])
+    assert not np.any((asked.casts == LOWER) | (asked.casts == UPPER))
 
 
 @RANDOM

@@ -3,6 +3,7 @@
 import math
 import pickle
 from concurrent.futures import Executor, Future
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ import wam_cast as wc
 from wam_cast.errors import InputError
 from wam_cast.evaluation.experiment.statistics import wilson_interval
 from wam_cast.evaluation.planners import contenders, study
-from wam_cast.evaluation.planners.contenders import Searcher
+from wam_cast.evaluation.planners.contenders import Searcher, executed_miss, predicted_miss
 from wam_cast.evaluation.planners.study import compare_planners, draw_cups
 from wam_cast.learning.forward_model import reference_model
 from wam_cast.learning.sampling import sample_casts
@@ -158,11 +159,12 @@ def test_cups_are_drawn_from_all_of_the_reach():
     assert not set(cups) & set(draw_cups((0.4, 0.8), 200, seed=4))
 
 
-def test_seeds_of_searches_differ_from_cup_to_cup(casts):
-    _, _, _, *searches = compare(budget=3, n_casts=3).scores
-    for score in searches:
-        first, second = (attempt.cast for attempt in score.attempts)
-        assert first != second
+def test_searches_draw_something_else_for_each_cup_and_seed(casts):
+    for seed in (0, 1):
+        compare(2, budget=2, n_casts=2, seed=seed)
+    drawn = [cast for _, cast, cup in casts if cup is None]
+    assert len(drawn) == 2 * 2 * 2 * 2  # seeds, searches, cups, casts
+    assert len(set(drawn)) == len(drawn)
 
 
 def test_planners_are_left_as_they_are(casts):
@@ -224,6 +226,16 @@ def test_on_the_model_the_predicted_miss_is_minimised_on_the_simulator_the_execu
         assert choice.seconds > 0
 
 
+def test_misses_are_distances_in_the_plane_of_the_rim(monkeypatch):
+    cast = np.array([[0.3, 0.5, 0.2]])  # lands at 0.72 m
+    assert predicted_miss(Model(), 0.7)(cast) == pytest.approx([math.hypot(0.024, 0.001)])
+    landings = iter([[0.72, 0.001], [math.nan, math.nan]])
+    monkeypatch.setattr(contenders, "simulate_cast", lambda *_: SimpleNamespace(landing=next(landings)))
+    assert executed_miss(wc.Scenario(), 0.7)(np.vstack([cast, cast])) == pytest.approx(
+        [math.hypot(0.02, 0.001), math.nan], nan_ok=True
+    )
+
+
 def test_hits_are_counted_for_each_kind_of_cup(casts):
     for score in compare(3).scores:
         misses = [attempt.executed_miss for attempt in score.attempts]
@@ -270,8 +282,10 @@ def test_progress_counts_every_row(casts):
 
 @pytest.mark.parametrize("name", ["n_cups", "budget", "n_casts"])
 def test_bad_numbers_are_refused(casts, name):
+    unused = InOrder()
     with pytest.raises(InputError, match=f"{name} = 0 must be a whole number, 1 or more"):
-        compare(**{name: 0})
+        compare(**{name: 0}, executor=unused)
+    assert unused.n_rows == 0
     with pytest.raises(InputError, match="seed = -1 must be a whole number"):
         compare(seed=-1)
 

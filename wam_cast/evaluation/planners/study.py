@@ -66,12 +66,14 @@ def compare_planners(
         If a number is no whole number or too small, a package of a search is missing, or no cup is left to take the budget from.
     """
     n_cups = checked_whole_number("n_cups", n_cups, 1)
+    if budget is not None:
+        budget = checked_whole_number("budget", budget, 1)
     n_casts = checked_whole_number("n_casts", n_casts, 1)
     seed = checked_whole_number("seed", seed, 0)
     cups = draw_cups(model.reach, n_cups, seed)
     run = partial(_run, model, cups, seed, executor=executor, report=report)
     scores = run(PLANNERS, n_done=0)
-    chosen = _median_of_program(scores) if budget is None else checked_whole_number("budget", budget, 1)
+    chosen = _median_of_program(scores) if budget is None else budget
     scores += run(searchers(chosen, n_casts), n_done=n_cups * len(PLANNERS))
     return PlannerComparison(
         seed=seed,

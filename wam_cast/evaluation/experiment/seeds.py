@@ -14,6 +14,8 @@ class Purpose(IntEnum):
     NETWORK = 1
     BOOTSTRAP = 2
     NOISE = 3
+    CUPS = 4
+    SEARCH = 5
 
 
 def derived_seed(seed: int, purpose: Purpose, index: int = 0) -> int:

@@ -31,11 +31,12 @@ HEADINGS = (
 
 
 def cells(one: Ablation) -> tuple[str, ...]:
-    (low, high), (clear_low, clear_high), miss = one.hit_interval, one.clear_interval, one.executed_miss
+    hits = one.hits
+    (low, high), (clear_low, clear_high), miss = hits.interval, one.clear_interval, hits.executed_miss
     numbers = (miss.median, miss.p95, miss.max)
     return (
         ", ".join(one.without) if len(one.without) < 2 else "all of them",
-        f"{one.n_caught} of {one.n_cups} ({low:.0%} to {high:.0%})",
+        f"{hits.n_caught} of {hits.n_cups} ({low:.0%} to {high:.0%})",
         f"{one.n_clear} ({clear_low:.0%} to {clear_high:.0%})",
         ", ".join(f"{1e3 * value:.1f}" for value in numbers if value is not None),
         f"{1e3 * one.least_slack:.1f}",

@@ -3,25 +3,23 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from concurrent.futures import Executor
-from contextlib import closing
-from functools import partial
 
 import numpy as np
 
 from wam_cast.cast import Cast
-from wam_cast.evaluation.experiment.results import Result, Statistics, to_array
+from wam_cast.evaluation.experiment.results import Result
 from wam_cast.evaluation.experiment.seeds import Purpose, derived_seed
 from wam_cast.evaluation.experiment.settings import OnProgress
-from wam_cast.evaluation.experiment.statistics import describe, wilson_interval
-from wam_cast.evaluation.planners.study import draw_cups
-from wam_cast.learning.workers import Workers, run_rows
+from wam_cast.evaluation.experiment.statistics import wilson_interval
+from wam_cast.evaluation.planners.trials import Hits, Trial, draw_cups, execute, summarize
+from wam_cast.learning.workers import Workers
 from wam_cast.planning.chance import clear_offsets
 from wam_cast.planning.predictor import Predictor
 from wam_cast.planning.program import TERMS, Term, plan_by_program
 from wam_cast.scenario import Scenario
 from wam_cast.system.outcome import Outcome
-from wam_cast.system.simulation import simulate_cast
 
 VARIANTS: tuple[tuple[Term, ...], ...] = ((), *((term,) for term in TERMS), TERMS)
 """What is left out: nothing, each term alone, and all of them."""
@@ -34,16 +32,14 @@ class Ablation(Result):
     ----------
     without
         What was left out.
-    n_cups, n_caught, hit_interval
-        Over all cups, with Wilson's 95 % interval of the rate.
+    hits
+        Over all cups.
     n_clear, clear_interval
         How many balls entered so that they could not touch the rim.
     n_limit_hits
         How many casts met a limit of the arm.
     n_taut
         How many landed with a taut string.
-    executed_miss
-        Of the cup's middle [m].
     least_slack
         Of the string from the landing on, the 5th percentile [m].
     largest_share
@@ -51,14 +47,11 @@ class Ablation(Result):
     """
 
     without: tuple[str, ...]
-    n_cups: int
-    n_caught: int
-    hit_interval: tuple[float, float]
+    hits: Hits
     n_clear: int
     clear_interval: tuple[float, float]
     n_limit_hits: int
     n_taut: int
-    executed_miss: Statistics
     least_slack: float
     largest_share: float
 
@@ -71,60 +64,51 @@ def ablate(
     Parameters
     ----------
     model
-        What is planned with, and in whose scenario plans are executed; must pickle.
+        What is planned with, and in whose scenario plans are executed.
     n_cups
         How many cups, uniformly over the model's reach.
     seed
         Draws the cups and the noise.
     executor
-        Runs one cup a row.
+        Runs the casts.
     report
-        Called with how many rows are done, and how many there are.
+        Called with how much is done, and how much there is: each cast is planned and executed.
     """
     cups = draw_cups(model.reach, n_cups, seed)
-    rows = range(len(VARIANTS) * n_cups)
-    report(0, len(rows))
-    outcomes: list[Outcome | None] = []
-    with closing(run_rows(partial(_attempt, model, cups, seed), rows, executor)) as results:
-        for outcome in results:
-            outcomes.append(outcome)
-            report(len(outcomes), len(rows))
+    trials: list[Trial] = []
+    n_steps = 2 * len(VARIANTS) * n_cups
+    for without in VARIANTS:
+        for i, cup in enumerate(cups):
+            report(len(trials), n_steps)
+            solution = plan_by_program(model, cup[0], without=without)
+            trials.append(
+                Trial(Cast.from_array(solution.parameters), cup, derived_seed(seed, Purpose.NOISE, i))
+            )
+    outcomes = execute(model.scenario, trials, executor, lambda n_done: report(len(trials) + n_done, n_steps))
+    slices = (slice(i * n_cups, (i + 1) * n_cups) for i in range(len(VARIANTS)))
     return tuple(
-        _summarize(model.scenario, cups, without, outcomes[i * n_cups : (i + 1) * n_cups])
-        for i, without in enumerate(VARIANTS)
-    )
-
-
-def _attempt(model: Predictor, cups: list[float], seed: int, row: int) -> Outcome:
-    variant, i = divmod(row, len(cups))
-    solution = plan_by_program(model, cups[i], without=VARIANTS[variant])
-    noise_seed = derived_seed(seed, Purpose.NOISE, i)
-    return simulate_cast(
-        model.scenario, Cast.from_array(solution.parameters), (cups[i], 0.0), noise_seed=noise_seed
+        _summarize(model.scenario, without, trials[part], outcomes[part])
+        for without, part in zip(VARIANTS, slices, strict=True)
     )
 
 
 def _summarize(
-    scenario: Scenario, cups: list[float], without: tuple[str, ...], outcomes: list[Outcome | None]
+    scenario: Scenario, without: tuple[str, ...], trials: Sequence[Trial], outcomes: Sequence[Outcome | None]
 ) -> Ablation:
     known = [outcome for outcome in outcomes if outcome is not None]
-    n, caught = len(cups), sum(outcome.is_caught for outcome in known)
     clear = sum(
-        _is_clear(scenario, cup, outcome)
-        for cup, outcome in zip(cups, outcomes, strict=True)
+        _is_clear(scenario, trial.cup[0], outcome)
+        for trial, outcome in zip(trials, outcomes, strict=True)
         if outcome is not None
     )
     shares = [max(outcome.peak_load.max(), outcome.peak_speed.max()) for outcome in known]
     return Ablation(
         without=without,
-        n_cups=n,
-        n_caught=caught,
-        hit_interval=wilson_interval(caught, n),
+        hits=summarize(trials, outcomes),
         n_clear=clear,
-        clear_interval=wilson_interval(clear, n),
+        clear_interval=wilson_interval(clear, len(trials)),
         n_limit_hits=sum(bool(outcome.limits_hit) for outcome in known),
         n_taut=sum(not outcome.is_slack for outcome in known),
-        executed_miss=describe(to_array(outcome.miss for outcome in known)),
         least_slack=float(np.nanpercentile([outcome.slack for outcome in known], 5)),
         largest_share=float(np.percentile(shares, 95)),
     )

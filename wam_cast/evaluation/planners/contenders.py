@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass
+from itertools import count
 from typing import Literal, Protocol
 
 import numpy as np
@@ -72,7 +73,9 @@ class Searcher:
     def choose(self, model: Predictor, radius: float, seed: int) -> Choice:
         """Return the best cast that it asked about."""
         objective = (
-            predicted_miss(model, radius) if self.source == "model" else executed_miss(model.scenario, radius)
+            predicted_miss(model, radius)
+            if self.source == "model"
+            else executed_miss(model.scenario, radius, seed)
         )
         start = time.process_time()
         found = search_cast(self.method, model.scenario, objective, self.budget, seed=seed)
@@ -100,11 +103,17 @@ def predicted_miss(model: Predictor, radius: float) -> Objective:
     return objective
 
 
-def executed_miss(scenario: Scenario, radius: float) -> Objective:
-    """Return the distance of the simulated landing from a cup that is not there, as a function of casts; nan without a landing."""
+def executed_miss(scenario: Scenario, radius: float, seed: int) -> Objective:
+    """Return the distance of the simulated landing from a cup that is not there, as a function of casts; nan without a landing.
+
+    If the scenario has noise, each cast has noise of its own, drawn from `seed`, `seed` + 1 and so on.
+    """
+    noise_seeds = count(seed)
 
     def objective(casts: Array) -> Array:
-        landings = [simulate_cast(scenario, Cast.from_array(cast)).landing for cast in casts]
-        return np.array([math.dist(landing, (radius, 0.0)) for landing in landings])
+        outcomes = (
+            simulate_cast(scenario, Cast.from_array(cast), noise_seed=next(noise_seeds)) for cast in casts
+        )
+        return np.array([math.dist(outcome.landing, (radius, 0.0)) for outcome in outcomes])
 
     return objective

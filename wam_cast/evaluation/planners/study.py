@@ -7,7 +7,6 @@ from concurrent.futures import Executor
 from contextlib import closing
 from functools import partial
 
-import numpy as np
 from threadpoolctl import threadpool_limits
 
 from wam_cast.errors import InputError, checked_whole_number
@@ -17,6 +16,7 @@ from wam_cast.evaluation.experiment.settings import OnProgress
 from wam_cast.evaluation.experiment.statistics import describe, wilson_interval
 from wam_cast.evaluation.planners.contenders import PLANNERS, Contender, searchers
 from wam_cast.evaluation.planners.results import Attempt, HitRate, PlannerComparison, Score
+from wam_cast.evaluation.planners.trials import draw_cups
 from wam_cast.learning.workers import Workers, run_rows
 from wam_cast.planning.predictor import Predictor
 from wam_cast.scenario import Scenario
@@ -45,7 +45,7 @@ def compare_planners(
     Parameters
     ----------
     model
-        What is planned with; must pickle. Casts are executed in its scenario, but for the cup's restitution.
+        What is planned with; must pickle. Casts are executed in its scenario, noise included, but for the cup's restitution.
     n_cups
         How many cups, uniformly over the model's reach.
     budget
@@ -70,7 +70,7 @@ def compare_planners(
         budget = checked_whole_number("budget", budget, 1)
     n_casts = checked_whole_number("n_casts", n_casts, 1)
     seed = checked_whole_number("seed", seed, 0)
-    cups = draw_cups(model.reach, n_cups, seed)
+    cups = [cup[0] for cup in draw_cups(model.reach, n_cups, seed)]
     run = partial(_run, model, cups, seed, executor=executor, report=report)
     scores = run(PLANNERS, n_done=0)
     chosen = _median_of_program(scores) if budget is None else budget
@@ -84,14 +84,6 @@ def compare_planners(
         n_casts=n_casts,
         scores=tuple(scores),
     )
-
-
-def draw_cups(reach: tuple[float, float], n_cups: int, seed: int) -> list[float]:
-    """Return distances of cups from the base axis [m], each from a stream of its own."""
-    return [
-        float(np.random.default_rng(derived_seed(seed, Purpose.CUPS, i)).uniform(*reach))
-        for i in range(n_cups)
-    ]
 
 
 def _median_of_program(scores: list[Score]) -> int:
@@ -134,7 +126,12 @@ def _attempt(
     with threadpool_limits(1):
         choice = contender.choose(model, cups[i], derived_seed(seed, Purpose.SEARCH, i))
     outcomes = [
-        simulate_cast(_with_restitution(model.scenario, restitution), choice.cast, (cups[i], 0.0))
+        simulate_cast(
+            _with_restitution(model.scenario, restitution),
+            choice.cast,
+            (cups[i], 0.0),
+            noise_seed=derived_seed(seed, Purpose.NOISE, i),
+        )
         for restitution in CUP_KINDS.values()
     ]
     return Attempt(

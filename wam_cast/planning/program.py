@@ -28,7 +28,7 @@ Term = Literal["model error", "repeatability", "entry angle", "slack", "limits"]
 TERMS: tuple[Term, ...] = get_args(Term)
 """What the program takes into account beside the landing."""
 
-N_STARTS = 4
+N_STARTS = 3
 """Searches, each from a known cast that lands near the cup."""
 
 N_NEARBY = 24

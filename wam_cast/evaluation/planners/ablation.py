@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from concurrent.futures import Executor
 
@@ -13,9 +12,8 @@ from wam_cast.evaluation.experiment.results import Result
 from wam_cast.evaluation.experiment.seeds import Purpose, derived_seed
 from wam_cast.evaluation.experiment.settings import OnProgress
 from wam_cast.evaluation.experiment.statistics import wilson_interval
-from wam_cast.evaluation.planners.trials import Hits, Trial, draw_cups, execute, summarize
+from wam_cast.evaluation.planners.trials import Hits, Trial, draw_cups, entered_clear, execute, summarize
 from wam_cast.learning.workers import Workers
-from wam_cast.planning.chance import clear_offsets
 from wam_cast.planning.predictor import Predictor
 from wam_cast.planning.program import TERMS, Term, plan_by_program
 from wam_cast.scenario import Scenario
@@ -96,11 +94,7 @@ def _summarize(
     scenario: Scenario, without: tuple[str, ...], trials: Sequence[Trial], outcomes: Sequence[Outcome | None]
 ) -> Ablation:
     known = [outcome for outcome in outcomes if outcome is not None]
-    clear = sum(
-        _is_clear(scenario, trial.cup[0], outcome)
-        for trial, outcome in zip(trials, outcomes, strict=True)
-        if outcome is not None
-    )
+    clear = sum(entered_clear(scenario, *pair) for pair in zip(trials, outcomes, strict=True))
     shares = [max(outcome.peak_load.max(), outcome.peak_speed.max()) for outcome in known]
     return Ablation(
         without=without,
@@ -112,14 +106,3 @@ def _summarize(
         least_slack=float(np.nanpercentile([outcome.slack for outcome in known], 5)),
         largest_share=float(np.percentile(shares, 95)),
     )
-
-
-def _is_clear(scenario: Scenario, cup: float, outcome: Outcome) -> bool:
-    """Return whether a ball that landed so cannot have touched the rim: its offset lies within the ellipse of `clear_offsets`."""
-    if not math.isfinite(outcome.entry_angle):
-        return False
-    along, across = clear_offsets(scenario, outcome.entry_angle)
-    if along == 0.0:
-        return False
-    offset = (outcome.landing_along - cup) / along, outcome.landing_across / across
-    return math.hypot(*offset) <= 1.0

@@ -19,9 +19,10 @@ from wam_cast.evaluation.experiment.results import Result, Statistics, maybe_flo
 from wam_cast.evaluation.experiment.seeds import Purpose, derived_seed
 from wam_cast.evaluation.experiment.statistics import describe, wilson_interval
 from wam_cast.learning.workers import Workers, run_rows
+from wam_cast.planning.chance import clear_offsets
 from wam_cast.planning.plan import BEARING_MARGIN
 from wam_cast.scenario import Scenario
-from wam_cast.system.outcome import Outcome
+from wam_cast.system.outcome import Outcome, to_casting_plane
 from wam_cast.system.simulation import simulate_cast
 
 Position = tuple[float, float]
@@ -96,6 +97,17 @@ def execute(
 def _execute(scenario: Scenario, trials: Sequence[Trial], row: int) -> Outcome:
     trial = trials[row]
     return simulate_cast(scenario, trial.cast, trial.cup, noise_seed=trial.noise_seed)
+
+
+def entered_clear(scenario: Scenario, trial: Trial, outcome: Outcome | None) -> bool:
+    """Return whether a ball that landed so cannot have touched the rim: its offset is within the ellipse of `clear_offsets`."""
+    if outcome is None or not math.isfinite(outcome.entry_angle):
+        return False
+    along, across = clear_offsets(scenario, outcome.entry_angle)
+    if along == 0.0:
+        return False
+    offset = to_casting_plane(outcome.landing - trial.cup, trial.cast.bearing)
+    return math.hypot(offset[0] / along, offset[1] / across) <= 1.0
 
 
 def summarize(trials: Sequence[Trial], outcomes: Sequence[Outcome | None]) -> Hits:

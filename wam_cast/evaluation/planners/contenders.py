@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from wam_cast.cast import Cast
 from wam_cast.planning.black_box import Objective, Search, search_cast
-from wam_cast.planning.plan import Method, Predictor, plan_cast
+from wam_cast.planning.plan import Method, plan_cast
+from wam_cast.planning.predictor import ACROSS, ALONG, Predictor
 from wam_cast.scenario import Scenario
 from wam_cast.system.simulation import simulate_cast
 
@@ -93,7 +94,7 @@ def predicted_miss(model: Predictor, radius: float) -> Objective:
     """Return the distance of the predicted landing from a cup, as a function of casts."""
 
     def objective(casts: Array) -> Array:
-        along, across, _ = model.predict(casts).T
+        along, across = model.predict(casts)[:, [ALONG, ACROSS]].T
         return np.asarray(np.hypot(along - radius, across))
 
     return objective

@@ -18,7 +18,7 @@ from wam_cast.evaluation.experiment.statistics import describe, wilson_interval
 from wam_cast.evaluation.planners.contenders import PLANNERS, Contender, searchers
 from wam_cast.evaluation.planners.results import Attempt, HitRate, PlannerComparison, Score
 from wam_cast.learning.workers import Workers, run_rows
-from wam_cast.planning.plan import Predictor
+from wam_cast.planning.predictor import Predictor
 from wam_cast.scenario import Scenario
 from wam_cast.system.outcome import Status
 from wam_cast.system.simulation import simulate_cast

@@ -25,7 +25,7 @@ N_CASTS = 340  # split into 260, 60 and 20
 
 
 def closed_form(casts):
-    """Return the outputs of casts, shape (n, 3): smooth, without physics."""
+    """Return the outputs of casts of shape (n, 3), shape (n, 7): smooth, without physics."""
     distance, speed, wait = casts.T
     along = 0.2 + distance + 0.4 * speed * np.cos(3 * wait)
     others = [1.5 + 0.2 * wait, 0.02 + 0.1 * distance * wait, 0.3 + 0.1 * speed, 0.5 + 0.2 * distance]
@@ -86,7 +86,7 @@ def test_info_says_how_the_model_was_made(model, data):
         casts = data.frame.loc[rows, list(PARAMETERS)].to_numpy()
         residual = (model.predict(casts) - closed_form(casts))[:, 0]
         assert rmse == pytest.approx(math.sqrt(np.mean(residual**2)), rel=1e-4)
-    along = model._known_outputs[:, 0]
+    along = model.known_outputs[:, 0]
     estimator = KernelRidge(
         sigma=info.sigma, regularization=info.regularization, input_bounds=cast_bounds(SCENARIO)
     )
@@ -222,7 +222,7 @@ def test_gradient_agrees_with_finite_differences_in_si_units(model):
     casts = np.random.default_rng(3).uniform(lower, upper, size=(10, 3))
     prediction, gradient = model.predict_with_gradient(casts)
     np.testing.assert_allclose(prediction, model.predict(casts), rtol=1e-12, atol=1e-12)
-    assert gradient.shape == (10, 3, 3)
+    assert gradient.shape == (10, 7, 3)
     h = 1e-4
     for parameter, step in enumerate(h * np.eye(3)):
         difference = (model.predict(casts + step) - model.predict(casts - step)) / (2 * h)

@@ -216,7 +216,8 @@ def plan_by_program(
     for start in _starts(model, evaluator, radius):
         result = make_solver().Solve(built.program, start, options)
         # NLopt gives no numbers where there is no solution.
-        scaled = np.clip(np.nan_to_num(result.GetSolution(built.decision), nan=start), 0.0, 1.0)
+        solution = result.GetSolution(built.decision)
+        scaled = np.clip(np.where(np.isnan(solution), start, solution), 0.0, 1.0)
         misses = not abs(evaluator.outputs(scaled)[0][ALONG] - radius) <= 0.1 * LANDING_UNIT
         violates = not built.program.CheckSatisfied(built.program.GetAllConstraints(), scaled, 1e-3)
         found.append((bool(misses), violates, float(evaluator.log_spread(scaled)[0][0]), scaled))

@@ -13,7 +13,7 @@ from wam_cast.cast import Cast
 from wam_cast.errors import InputError
 from wam_cast.scenario import Scenario
 from wam_cast.system.motion import CastMotion, Stage
-from wam_cast.system.outcome import BallTrack, Outcome, Status, find_crossing
+from wam_cast.system.outcome import SLACK_MARGIN, BallTrack, Outcome, Status, find_crossing
 from wam_cast.system.simulation import CastSimulator, simulate_cast
 from wam_cast.system.station import CastStation
 
@@ -243,6 +243,7 @@ def test_ball_that_never_comes_down_never_crosses():
         assert outcome.status is Status.NEVER_CROSSED
         assert np.isnan(outcome.landing).all()
         assert np.isnan([outcome.crossing_time, outcome.entry_angle, outcome.landing_along]).all()
+        assert np.isnan(outcome.slack)
         assert not outcome.is_slack
     recording = high.record(TYPICAL, (0.4, 0.0))
     assert recording.times[-1] == pytest.approx(high.record(TYPICAL, (0.4, 0.0)).times[-1])
@@ -276,6 +277,31 @@ def test_fast_drop_leaves_the_string_slack_and_a_slow_one_does_not(free):
     slow = CastSimulator(scenario(motion={"drop_duration": 2.0})).simulate(TYPICAL)
     assert slow.status is Status.LANDED
     assert not slow.is_slack
+    assert slow.slack <= SLACK_MARGIN * Scenario().string.length
+
+
+@pytest.mark.parametrize("cast", CASTS, ids=str)
+def test_slack_is_the_least_from_the_landing_until_the_ball_is_below_the_rim(simulator, free, cast):
+    outcome, recording = free[cast], simulator.record(cast)
+    length, rim = Scenario().string.length, Scenario().cup.rim_height
+    slack = length - np.linalg.norm(recording.p_WL - recording.p_WE, axis=1)
+    at_landing = np.interp(outcome.crossing_time, recording.times, slack)
+    assert 0 < outcome.slack <= at_landing + 1e-5  # between samples 2 ms apart
+    is_entering = recording.times >= outcome.crossing_time
+    is_entering &= recording.p_WL[:, 2] > rim - Scenario().ball.radius
+    assert is_entering.sum() >= 3
+    assert outcome.slack == pytest.approx(min(at_landing, slack[is_entering].min()), abs=5e-4)
+
+
+@pytest.mark.parametrize("cast", CASTS, ids=str)
+def test_a_cup_changes_nothing_that_is_told_of_the_flight(simulator, free, cast):
+    for miss in (0.0, 0.025):
+        radius = np.linalg.norm(free[cast].landing)
+        outcome = simulator.simulate(cast, tuple(free[cast].landing * (1 + miss / radius)))
+        for name in ("landing", "crossing_time", "entry_velocity", "entry_angle", "is_slack"):
+            np.testing.assert_array_equal(getattr(outcome, name), getattr(free[cast], name), err_msg=name)
+        # A string that tightens does so until the last look, which a cup may put off by a few periods.
+        assert outcome.slack == pytest.approx(free[cast].slack, abs=1e-3)
 
 
 def test_too_fast_a_drop_hits_limits_that_are_named():

@@ -29,6 +29,9 @@ LITTLE = 0.1
 N_NODES = 40
 """Of the quadrature over the clear offsets."""
 
+FARTHEST = 8.0
+"""Standard deviations beyond which there are no landings."""
+
 
 class Spread(NamedTuple):
     """By how much a cast's landing is uncertain along and across the casting plane: standard deviations [m]."""
@@ -111,16 +114,17 @@ def clear_entry_probability(
     along, across = clear_offsets(scenario, entry_angle)
     if along == 0.0:
         return 0.0
-    # Narrow spreads need the nodes where the landings are.
-    low, high = (min(max(offset[0] + k * spread.along, -along), along) for k in (-8, 8))
-    nodes, weights = np.polynomial.legendre.leggauss(N_NODES)
-    x = (low + high) / 2 + (high - low) / 2 * nodes
-    half = across * np.sqrt(np.maximum(1 - (x / along) ** 2, 0.0))
     tiny = np.finfo(float).tiny
+    # In standard deviations from the expected landing, so that the nodes are where the landings are.
+    low, high = (
+        min(max((end - offset[0]) / (spread.along + tiny), -FARTHEST), FARTHEST) for end in (-along, along)
+    )
+    nodes, weights = np.polynomial.legendre.leggauss(N_NODES)
+    deviations = (low + high) / 2 + (high - low) / 2 * nodes
+    x = offset[0] + spread.along * deviations
+    half = across * np.sqrt(np.maximum(1 - (x / along) ** 2, 0.0))
     inside = ndtr((half - offset[1]) / (spread.across + tiny)) - ndtr(
         (-half - offset[1]) / (spread.across + tiny)
     )
-    density = np.exp(-0.5 * ((x - offset[0]) / (spread.along + tiny)) ** 2) / (
-        math.sqrt(2 * math.pi) * (spread.along + tiny)
-    )
+    density = np.exp(-0.5 * deviations**2) / math.sqrt(2 * math.pi)
     return float(min(1.0, (high - low) / 2 * (weights * density * inside).sum()))

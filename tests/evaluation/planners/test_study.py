@@ -4,11 +4,13 @@ import math
 import pickle
 from concurrent.futures import Executor, Future
 from types import SimpleNamespace
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 import wam_cast as wc
+from wam_cast.cast import cast_bounds
 from wam_cast.errors import InputError
 from wam_cast.evaluation.experiment.statistics import wilson_interval
 from wam_cast.evaluation.planners import contenders, study
@@ -40,22 +42,41 @@ def along(casts):
     return 0.2 + distance + 0.4 * speed + 0.1 * wait
 
 
+class Expansion(NamedTuple):
+    outputs: np.ndarray
+    gradient: np.ndarray
+    std: float
+    std_gradient: np.ndarray
+
+
 class Model:
-    """A predictor that errs by 4 mm along the casting plane, and expects the ball 1 mm beside it."""
+    """A predictor that errs by 4 mm along the casting plane, and expects the ball 1 mm beside it.
+
+    It holds itself for the surest about casts in the middle of the bounds.
+    """
 
     def __init__(self):
         self.scenario = wc.Scenario()
         self.reach = (0.4, 0.8)
         self.known_casts = sample_casts(self.scenario, 40, seed=1)
+        self.known_outputs = self.predict(self.known_casts)
+        self.lower, self.upper = cast_bounds(self.scenario)
 
     def predict(self, casts):
-        n = len(casts)
-        return np.column_stack([along(casts) + MODEL_ERROR, np.full(n, 0.001), np.full(n, 0.1)])
+        # Across, entry angle and speed, slack, shares of torque and speed.
+        others = np.tile([0.001, 0.1, 2.0, 0.05, 0.5, 0.5], (len(casts), 1))
+        return np.column_stack([along(casts) + MODEL_ERROR, others])
 
-    def predict_with_gradient(self, casts):
-        gradient = np.zeros((len(casts), 3, 3))
-        gradient[:, 0] = 1.0, 0.4, 0.1
-        return self.predict(casts), gradient
+    def expand(self, cast):
+        gradient = np.zeros((7, 3))
+        gradient[0] = 1.0, 0.4, 0.1
+        off = (cast - (self.lower + self.upper) / 2) / (self.upper - self.lower)
+        std = 1e-3 * math.exp(5 * off @ off)
+        std_gradient = 10 * std * off / (self.upper - self.lower)
+        return Expansion(self.predict(cast[np.newaxis])[0], gradient, std, std_gradient)
+
+    def landing_with_gradient(self, casts):
+        return along(casts) + MODEL_ERROR, np.tile([1.0, 0.4, 0.1], (len(casts), 1))
 
 
 class FakeOutcome:

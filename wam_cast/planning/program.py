@@ -18,7 +18,7 @@ from pydrake.solvers import IpoptSolver, MathematicalProgram, NloptSolver, Snopt
 from scipy.special import expit
 
 from wam_cast.cast import cast_bounds, nearest_allowed
-from wam_cast.planning.chance import STEEP, scatter_of_move, repeatability
+from wam_cast.planning.chance import STEEP, repeatability, scatter_of_move
 from wam_cast.planning.plan import Solution, Solver
 from wam_cast.planning.predictor import ALONG, ENTRY_ANGLE, PEAK_LOAD, PEAK_SPEED, SLACK, Expansion, Predictor
 

@@ -169,7 +169,7 @@ def map_floor(
         Called as plans and casts are done.
     """
     size, reach, scenario = size or MapSize(), Reach.of(model), model.scenario
-    plans = []
+    plans: list[Plan] = []
     for radius in np.linspace(reach.nearest, reach.farthest, size.n_radii):
         on_progress("planning", len(plans), size.n_radii)
         plans.append(plan_cast(model, (float(radius), 0.0), method, solver))

@@ -181,4 +181,4 @@ def draw_chances(axes: Axes, radii: Array, probability: Array, rate: Array, low:
     axes.grid(axis="y")
     axes.set_xlabel("cup's distance from the base axis [m]")
     axes.set_ylabel("share [%]")
-    draw_legend(axes, ncols=2, columnspacing=1.0, **ABOVE)
+    draw_legend(axes, **ABOVE)

@@ -171,9 +171,8 @@ def map_floor(
     size, reach, scenario = size or MapSize(), Reach.of(model), model.scenario
     plans: list[Plan] = []
     for radius in np.linspace(reach.nearest, reach.farthest, size.n_radii):
-        on_progress("planning", len(plans), size.n_radii)
         plans.append(plan_cast(model, (float(radius), 0.0), method, solver))
-    on_progress("planning", len(plans), size.n_radii)
+        on_progress("planning", len(plans), size.n_radii)
     bearings = np.linspace(reach.lowest, reach.highest, size.n_bearings)
     n_repeats = size.n_casts if scenario.noise.is_on else 1
     turned = [(plan, float(bearing)) for plan in plans for bearing in bearings for _ in range(n_repeats)]

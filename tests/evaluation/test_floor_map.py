@@ -61,6 +61,12 @@ def test_there_is_one_plan_for_each_radius_by_the_planner_that_was_asked_for(flo
     assert floor_without_physics.planned == [((ring.radius, 0.0), "program", "ipopt") for ring in floor.rings]
 
 
+def test_a_turned_plan_still_makes_up_for_a_landing_beside_its_plane(floor_without_physics, model):
+    floor = map_floor(model, SIZE)
+    bearings = [cast.bearing + 0.02 for ring in floor.rings for cast in ring.casts]
+    assert [cast.bearing for cast, *_ in floor_without_physics.cast] == pytest.approx(bearings)
+
+
 def test_a_plan_is_turned_to_each_bearing_as_if_it_was_made_there(floor_without_physics, model, monkeypatch):
     monkeypatch.setattr(module, "plan_cast", plan_cast)
     map_floor(model, MapSize(2, 4), method="gradient")

@@ -8,10 +8,6 @@ import pytest
 
 from wam_cast.arm_model import bearing_limits
 from wam_cast.cast import Cast
-from wam_cast.evaluation import floor_map
-from wam_cast.planning.chance import Spread
-from wam_cast.planning.plan import Plan
-from wam_cast.system.outcome import Status
 
 
 @pytest.fixture(scope="session")
@@ -27,6 +23,12 @@ def floor_without_physics(monkeypatch):
     With noise, up to a millimetre more beyond it. At the lowest bearing they never come down; elsewhere they are caught if the
     cup is nearer than 0.9 m. Returns what was planned and what was cast.
     """
+    # Most tests need none of what these import.
+    from wam_cast.evaluation import floor_map
+    from wam_cast.planning.chance import Spread
+    from wam_cast.planning.plan import Plan
+    from wam_cast.system.outcome import Status
+
     planned, cast = [], []
 
     def plan(model, cup, method="program", solver=None):

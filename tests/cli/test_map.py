@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+import time
 
 import pytest
 
@@ -108,6 +109,7 @@ def test_ctrl_c_amid_the_casts_shows_nothing_of_the_inside(start, folder):
     words = "map --radii 2 --bearings 200 --planner gradient --workers 2 --out map.png"
     running = start(*words.split())
     assert [running.stderr.readline() for _ in range(2)] == ["planning\n", "casting\n"]
+    time.sleep(3)  # workers start, then casts fly
     os.killpg(running.pid, signal.SIGINT)
     out, err = running.communicate(timeout=60)
     assert (running.returncode, out, err) == (130, "", "interrupted\n")

@@ -42,6 +42,12 @@ def test_a_map_of_too_little_is_refused(values, name):
         MapSize(*values)
 
 
+def test_a_negative_seed_is_refused(floor_without_physics, model):
+    with pytest.raises(InputError, match="seed = -1"):
+        map_floor(model, SIZE, seed=-1)
+    assert not floor_without_physics.planned
+
+
 def test_cups_lie_evenly_over_the_whole_region(floor_without_physics, model):
     floor, reach = map_floor(model, SIZE), Reach.of(model)
     radii = [ring.radius for ring in floor.rings]

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from wam_cast.errors import checked_whole_number
 from wam_cast.evaluation.experiment.results import Result, maybe_float, to_array
@@ -167,12 +168,20 @@ def map_floor(
         Run the casts, see `run_rows`; they make no difference to the map. A cast that brings down its process counts as diverged.
     on_progress
         Called as plans and casts are done.
+
+    Raises
+    ------
+    InputError
+        If there is no such method or solver, or the seed is no whole number from 0 on.
     """
     size, reach, scenario = size or MapSize(), Reach.of(model), model.scenario
+    seed = checked_whole_number("seed", seed, 0)
     plans: list[Plan] = []
-    for radius in np.linspace(reach.nearest, reach.farthest, size.n_radii):
-        plans.append(plan_cast(model, (float(radius), 0.0), method, solver))
-        on_progress("planning", len(plans), size.n_radii)
+    # Threads would gain nothing on matrices of this size, and might round a plan otherwise.
+    with threadpool_limits(1):
+        for radius in np.linspace(reach.nearest, reach.farthest, size.n_radii):
+            plans.append(plan_cast(model, (float(radius), 0.0), method, solver))
+            on_progress("planning", len(plans), size.n_radii)
     bearings = np.linspace(reach.lowest, reach.highest, size.n_bearings)
     n_repeats = size.n_casts if scenario.noise.is_on else 1
     turned = [(plan, float(bearing)) for plan in plans for bearing in bearings for _ in range(n_repeats)]

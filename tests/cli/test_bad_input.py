@@ -180,6 +180,12 @@ def test_a_scenario_without_a_model_names_the_commands_that_make_one(refused, co
     assert "--train" in line
 
 
+@pytest.mark.parametrize("cup", ["1.2,0.3", "-0.7", "0"])
+def test_the_nearest_cup_that_an_error_names_can_be_pasted(cli, refused, cup):
+    token = refused("plan", "--cup", cup).split("the nearest is ")[1].strip()
+    assert cli("plan", "--planner", "gradient", "--cup", token).code == 0
+
+
 def test_an_error_of_the_packages_own_is_not_dressed_up(cli, monkeypatch):
     def broken(*_):
         raise RuntimeError("a bug")

@@ -17,7 +17,7 @@ from wam_cast.scenario import Noise
 from wam_cast.system.outcome import Status
 from wam_cast.system.simulation import simulate_cast
 
-COMMANDS = ("throw", "plan", "generate", "fit", "show")
+COMMANDS = ("throw", "plan", "generate", "fit", "map", "show")
 PLAN_KEYS = {"cup", "cast", "predicted_landing", "predicted_miss", "is_feasible"}
 THROW_KEYS = {"cup", "cast", "predicted_landing", "predicted_miss", "landing", "miss", "status", "is_caught"}
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import wam_cast as wc
-from wam_cast.cli import experiment, models, output
+from wam_cast.cli import experiment, floor_map, models, output
 from wam_cast.cli.output import err, out, print_json, progress
 from wam_cast.errors import InputError
 from wam_cast.files import check_writable
@@ -62,6 +62,9 @@ ModelOption = Annotated[
         metavar="FILE",
         help="What `wam-cast fit` wrote; its scenario holds unless --scenario names one. Without it, the scenario's own.",
     ),
+]
+WorkersOption = Annotated[
+    int | None, typer.Option("--workers", min=1, help="Processes; one per processor without it.")
 ]
 TrainOption = Annotated[bool, typer.Option("--train", help="Make the scenario's model first if it has none.")]
 
@@ -155,9 +158,7 @@ def generate(
         int, typer.Option(min=0, help="Draws the casts: row i of a seed is the same for ever.")
     ] = 0,
     scenario: ScenarioOption = None,
-    workers: Annotated[
-        int | None, typer.Option(min=1, help="Processes; one per processor without it.")
-    ] = None,
+    workers: WorkersOption = None,
     scheduler: Annotated[
         str | None,
         typer.Option(metavar="ADDRESS", help="Of a Dask scheduler whose workers simulate instead."),
@@ -219,6 +220,43 @@ def reproduce(
         print_json([{"directory": str(directory), **findings.summary()}])
     else:
         output.print_findings(findings, directory)
+
+
+@app.command("map")
+def map_(
+    picture: Annotated[
+        Path, typer.Option("--out", metavar="FILE.png", help="Where the figure goes (also .pdf, .svg).")
+    ],
+    radii: Annotated[int, typer.Option(min=2, help="How many distances from the base axis.")] = 12,
+    bearings: Annotated[int, typer.Option(min=2, help="How many cups at each of them.")] = 9,
+    casts: Annotated[
+        int, typer.Option(min=1, help="How many for each cup. Without noise all would be alike: one is cast.")
+    ] = 1,
+    scenario: ScenarioOption = None,
+    model: ModelOption = None,
+    planner: PlannerOption = Planner.program,
+    solver: SolverOption = None,
+    train: TrainOption = False,
+    seed: Annotated[int, typer.Option(min=0, help="Draws the scenario's noise.")] = 0,
+    workers: WorkersOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Plan and execute casts for cups all over the reachable floor, and draw it as a map.
+
+    The work is done when the map is drawn: the exit code is 0 whatever became of the balls.
+    """
+    from wam_cast.evaluation.floor_map import MapSize
+
+    floor_map.check_picture(picture)
+    _, forward = models.scenario_and_model(scenario, model, train)
+    size = MapSize(radii, bearings, casts)
+    floor = floor_map.make_map(
+        forward, size, picture, planner.value, None if solver is None else solver.value, seed, workers
+    )
+    if as_json:
+        print_json([{"picture": str(picture), **floor.model_dump()}])
+    else:
+        output.print_map(floor, picture)
 
 
 @app.command()

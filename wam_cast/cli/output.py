@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from wam_cast.evaluation.experiment.findings import Findings
+    from wam_cast.evaluation.floor_map import FloorMap, Scatter
     from wam_cast.learning.forward_model import ForwardModel
     from wam_cast.planning.plan import Plan
     from wam_cast.system.outcome import Outcome
@@ -223,6 +224,49 @@ def print_findings(findings: Findings, directory: Path) -> None:
     )
     out.print(table)
     out.print(f"report: {directory / 'report.html'}")
+
+
+def print_map(floor: FloorMap, picture: Path) -> None:
+    """Print a row for each distance from the base axis: what was predicted, what was executed, and how often it succeeded."""
+    table = _table(
+        "cup\n\n[m]",
+        "predicted\nalong\n[mm]",
+        "executed\nalong\n[mm]",
+        "executed\nlateral\n[mm]",
+        "clear\n\n[%]",
+        "caught",
+        "interval\n\n[%]",
+    )
+    for ring in floor.rings:
+        low, high = ring.hit_interval
+        table.add_row(
+            f"{ring.radius:.3f}",
+            _offset(ring.predicted_along, ring.predicted_spread[0]),
+            _scatter(ring.along),
+            _scatter(ring.lateral),
+            f"{100 * ring.clear_entry_probability:.1f}",
+            f"{ring.n_caught}/{ring.n_casts}",
+            f"{100 * low:.0f}-{100 * high:.0f}",
+        )
+    out.print(table)
+    out.print(
+        "cup: its distance from the base axis; along: outward from its axis, lateral: to the left of it;"
+    )
+    out.print("in brackets: standard deviation; clear: probability of entering without touching the rim")
+    for ring in floor.rings:
+        if not ring.is_feasible:
+            out.print(f"cup {ring.radius:.3f}: no cast is predicted to land in it")
+    out.print(f"{floor.n_caught} of {floor.n_casts} caught; the map is in {picture}")
+
+
+def _scatter(scatter: Scatter) -> str:
+    if scatter.mean is None or scatter.std is None:
+        return "-"
+    return _offset(scatter.mean, scatter.std)
+
+
+def _offset(mean: float, std: float) -> str:
+    return f"{round(1e3 * mean, 1) + 0:.1f} ({1e3 * std:.1f})"
 
 
 def _table(*headings: str) -> Table:

@@ -11,11 +11,11 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from wam_cast.arm_model import bearing_limits
 from wam_cast.cast import Cast, checked_cup
 from wam_cast.errors import InputError
 from wam_cast.planning.chance import Spread, clear_entry_probability, landing_spread
 from wam_cast.planning.predictor import Predictor
+from wam_cast.planning.reach import Reach, checked_polar
 
 Array = NDArray[np.float64]
 Method = Literal["program", "gradient"]
@@ -30,10 +30,6 @@ SOLVERS: tuple[Solver, ...] = get_args(Solver)
 
 LONGEST_MISS = 0.01
 """A plan is feasible if its predicted landing is no farther from the cup's axis [m]: where the paper stops (Section 2.5)."""
-
-
-BEARING_MARGIN = 0.01
-"""How far from its stops [rad] joint 1 stays: a cast moves it by a little."""
 
 
 @dataclass(frozen=True)
@@ -122,11 +118,12 @@ def plan_cast(
     Raises
     ------
     InputError
-        If the cup is not a pair of finite numbers or out of reach, or there is no such method or solver.
+        If the cup is not a pair of finite numbers or out of reach (the line names the nearest position within), or there is no
+        such method or solver.
     """
     cup = checked_cup(cup)
     _check_method(method, solver)
-    radius, bearing = _within_reach(model, cup)
+    radius, bearing = checked_polar(Reach.of(model), cup)
     solution = _planner(method, solver or SOLVERS[0])(model, radius)
     prediction = model.predict(solution.parameters[np.newaxis])[0]
     along, across, entry_angle, entry_speed, slack, load, speed = (float(value) for value in prediction)
@@ -156,32 +153,6 @@ def plan_cast(
         n_solutions=solution.n_solutions,
         reason=solution.reason,
     )
-
-
-def _within_reach(model: Predictor, cup: tuple[float, float]) -> tuple[float, float]:
-    """Return the cup's distance from the base axis [m] and its bearing [rad]; raises `InputError` out of reach."""
-    radius, bearing = math.hypot(*cup), math.atan2(cup[1], cup[0])
-    nearest, farthest = model.reach
-    if not nearest <= radius <= farthest:
-        raise InputError(
-            f"cup = ({cup[0]:g}, {cup[1]:g}) is {radius:.4g} m from the base axis, out of reach: "
-            f"choose a distance from {_inside(nearest, farthest, 3)} m"
-        )
-    lowest, highest = bearing_limits()
-    lowest, highest = lowest + BEARING_MARGIN, highest - BEARING_MARGIN
-    if not lowest <= bearing <= highest:
-        raise InputError(
-            f"cup = ({cup[0]:g}, {cup[1]:g}) is at a bearing of {math.degrees(bearing):.4g} degrees, where joint 1 cannot "
-            f"turn: choose one from {_inside(math.degrees(lowest), math.degrees(highest), 1)} degrees from the x axis"
-        )
-    return radius, bearing
-
-
-def _inside(lowest: float, highest: float, n_digits: int) -> str:
-    """Return a range in words, rounded so that its ends are inside."""
-    scale = 10**n_digits
-    lowest, highest = math.ceil(lowest * scale) / scale, math.floor(highest * scale) / scale
-    return f"{lowest:.{n_digits}f} to {highest:.{n_digits}f}"
 
 
 def _check_method(method: str, solver: str | None) -> None:

@@ -15,7 +15,7 @@ from wam_cast.learning.forward_model import reference_model
 from wam_cast.planning.plan import SOLVERS
 from wam_cast.scenario import Noise
 from wam_cast.system.outcome import Status
-from wam_cast.system.simulation import simulate_cast
+from wam_cast.system.simulate import simulate_cast
 
 COMMANDS = ("throw", "plan", "generate", "fit", "show")
 PLAN_KEYS = {"cup", "cast", "predicted_landing", "predicted_miss", "is_feasible"}

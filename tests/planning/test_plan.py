@@ -12,7 +12,7 @@ from wam_cast.learning.forward_model import reference_model
 from wam_cast.planning.plan import BEARING_MARGIN, LONGEST_MISS, METHODS, plan_cast
 from wam_cast.scenario import Scenario
 from wam_cast.system.outcome import to_casting_plane
-from wam_cast.system.simulation import simulate_cast
+from wam_cast.system.simulate import simulate_cast
 
 BOTH = pytest.mark.parametrize("method", METHODS)
 

@@ -20,7 +20,7 @@ from wam_cast.learning.workers import Workers, run_rows
 from wam_cast.planning.plan import Method, Plan, Predictor, plan_cast
 from wam_cast.scenario import Scenario
 from wam_cast.system.outcome import Outcome, Status
-from wam_cast.system.simulation import simulate_cast
+from wam_cast.system.simulate import simulate_cast
 
 
 @dataclass(frozen=True)

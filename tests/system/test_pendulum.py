@@ -14,7 +14,6 @@ G = 9.81
 @pytest.mark.parametrize("n_links", [1, 2, 5, 10])
 @pytest.mark.parametrize("ball", [Ball(), Ball(mass=0.005, radius=0.05)], ids=["ball", "light"])
 def test_frequency_is_that_of_the_linearised_plant(n_links, ball):
-    from pydrake.math import RigidTransform
     from pydrake.multibody.plant import MultibodyPlant
 
     from wam_cast.system.plant import add_ball, add_string
@@ -78,7 +77,7 @@ def test_ball_below_the_hand_moves_as_it_was_asked_to_at_any_angle():
         line = path(t, 0) - p_WE
         assert np.linalg.norm(line) == pytest.approx(length, rel=1e-12)
         # All that the string can do to the ball is pull it toward the hand.
-        pull = path(t, 2) + [0, 0, G]
+        pull = path(t, 2) + np.array([0, 0, G])
         np.testing.assert_allclose(np.cross(pull, line), 0, atol=1e-12)
         assert pull @ line < 0
         h = 1e-6

@@ -1,6 +1,7 @@
 """Cup after cup in one go: nothing jumps between two casts, and the second is hardly another for the first."""
 
 import dataclasses
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -58,7 +59,7 @@ def test_every_ball_is_caught_and_lands_as_it_would_from_rest(simulator, throws,
 
 
 def test_each_cast_begins_with_the_state_in_which_the_one_before_ended(recordings):
-    for before, after in zip(recordings[:-1], recordings[1:], strict=True):
+    for before, after in pairwise(recordings):
         np.testing.assert_array_equal(after.states[0], before.states[-1])
         np.testing.assert_array_equal(after.torques[0], before.torques[-1])
         # The reference too goes on where it was, though the clock begins anew.

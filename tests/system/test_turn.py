@@ -118,7 +118,7 @@ def test_unshaped_turn_would_leave_the_ball_swinging(simulator, monkeypatch):
     """The same arc at the same times, but for the hand instead of the ball."""
     from wam_cast.system import turn
 
-    monkeypatch.setattr(turn, "hand_above", lambda p, v, *_: (p + [0, 0, 9.81 / OMEGA**2], v))
+    monkeypatch.setattr(turn, "hand_above", lambda p, v, *_: (p + np.array([0, 0, 9.81 / OMEGA**2]), v))
     recording = simulator.record(dataclasses.replace(TYPICAL, bearing=0.3))
     assert swing(recording, round(turn_end(recording.cast) / 0.002)) > 2e-3
 

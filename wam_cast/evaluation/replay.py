@@ -43,7 +43,7 @@ FIELD_OF_VIEW = math.radians(30)
 BALL_PATH_RADIUS, HAND_PATH_RADIUS = 0.003, 0.002
 """Of the tubes that show the paths [m]: browsers draw lines one pixel wide."""
 
-N_SIDES, N_RINGS = 5, 3
+N_SIDES, N_RINGS = 4, 3
 """Of each piece of a tube."""
 
 REST_AT_END = 0.75

@@ -33,7 +33,7 @@ SHOULDER_DEPTH = 0.346
 """Of the axes of joints 1 to 3 below the mounting face [m]."""
 
 REACH = 0.87
-"""How far from there the hand goes with the ball [m]: the elbow stays bent."""
+"""How far from there the hand goes with the string taut [m]: the elbow stays bent."""
 
 SLANT = math.radians(20)
 """Of the string from the vertical where it draws the ball against the wall [rad]."""
@@ -98,7 +98,7 @@ class Return:
     def _out_of_cup(self, start: Array, cup_radius: float) -> list[tuple[Piece, float]]:
         """Return the pieces that draw the ball against the wall and then lift it out, and the way home."""
         motion, cup, ball = self._scenario.motion, self._scenario.cup, self._scenario.ball
-        farthest = self._reach(motion.start_height) + 0.5 * self._length
+        farthest = self._reach(motion.start_height) + 0.3 * self._length
         cup_radius = min(max(cup_radius, motion.start_radius), farthest)
         low = cup.bottom_thickness + ball.radius + LIFTED
         wall = cup_radius - (cup.inner_radius - ball.radius)

@@ -344,7 +344,7 @@ def test_recordings_outcome_is_that_of_the_simulation(simulator, free, caught):
 
 
 def test_recording_has_a_sample_a_period_to_the_end_of_the_return(caught):
-    ends = CastMotion(Scenario(), CASTS[3]).stage_ends
+    ends = CastMotion(Scenario(), CASTS[3], cup_radius=float(np.hypot(*caught.cup))).stage_ends
     n = len(caught.times)
     np.testing.assert_allclose(caught.times, 0.002 * np.arange(n), atol=1e-9)
     assert caught.times[-1] == pytest.approx(ends[-1], abs=0.002 + 1e-9)

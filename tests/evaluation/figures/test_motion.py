@@ -15,7 +15,7 @@ from wam_cast.system.motion import Stage
 
 def draw(recording):
     with figure_style():
-        figure = Figure(figsize=(6.3, 5.2))
+        figure = Figure(figsize=(6.3, 5.4))
         axes = figure.subplot_mosaic([["path", "radius"], ["path", "height"]])
         draw_motion(*axes.values(), recording)
     return axes

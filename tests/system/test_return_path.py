@@ -88,8 +88,8 @@ def left_swinging(simulator, cast, cup):
     return np.linalg.norm([offset, recording.v_WL[-1, :2] / OMEGA]), recording
 
 
-# Casts that land at 0.33, 0.62 and 0.98 m or so: lifted on the far side, on the near one, and pulled over the wall.
-NEAR, MIDDLE, FAR = Cast(0.1, 0.40, 0.10), Cast(0.3, 0.60, 0.10), Cast(0.39, 0.75, 0.05)
+# Casts that land at 0.29, 0.61 and 0.95 m: lifted on the far side, on the near one, and pulled over the wall.
+NEAR, MIDDLE, FAR = Cast(0.1, 0.40, 0.10), Cast(0.3, 0.60, 0.10), Cast(0.3755, 0.6335, 0.3975)
 
 
 @pytest.mark.parametrize("restitution", [0.25, 0.6])

@@ -112,6 +112,7 @@ def test_broken_simulation_is_followed_by_a_start_from_rest(simulator, throws):
     assert_identical(after, simulator.simulate(throws[0].cast, throws[0].cup))
 
 
+@pytest.mark.slow
 def test_each_throw_has_the_noise_of_its_own_seed(throws):
     noisy = CastSimulator(Scenario(noise=Noise(distance=0.004, swing=0.01)))
     recordings = noisy.record_sequence([throws[0], throws[0]], noise_seed=7)

@@ -48,7 +48,7 @@ WORDS = {
     "throw --cup 0.7 --picture a": ["suffix is missing", ".pdf, .png, .svg"],
     "throw --cup 0.7 --replay a.html --picture missing/a.png": ["missing/a.png"],
     "throw --cup 0.7 --replay a.html --picture a.jpg": ["a.jpg", ".pdf, .png, .svg"],
-    "throw --cup 0.7 --cup 0.8 --replay a.html": ["--replay", "give one --cup, not 2"],
+    "throw --cup 0.7 --cup 0.8 --picture a.png": ["--picture", "give one --cup, not 2"],
     "throw --cup 0.7 --seed -1": ["--seed", "0"],
     "throw --cup 0.7 --seed 0.5": ["--seed", "integer"],
     "generate --casts 40": ["--out", "wam-cast generate --help"],

@@ -13,7 +13,7 @@ from wam_cast.planning.plan import LONGEST_MISS, METHODS, plan_cast
 from wam_cast.planning.reach import BEARING_MARGIN
 from wam_cast.scenario import Scenario
 from wam_cast.system.outcome import to_casting_plane
-from wam_cast.system.simulation import simulate_cast
+from wam_cast.system.simulate import simulate_cast
 
 BOTH = pytest.mark.parametrize("method", METHODS)
 

@@ -108,11 +108,15 @@ def throw_record(plan: Plan, outcome: Outcome) -> Record:
         "peak_load": float(np.max(outcome.peak_load)),
         "peak_speed": float(np.max(outcome.peak_speed)),
         "limits_hit": list(outcome.limits_hit),
+        "return_faults": list(outcome.return_faults),
     }
 
 
-def print_json(records: Sequence[Record]) -> None:
-    """Print one object, or a list of several; what is not a number becomes null, which JSON has a word for."""
+def print_json(records: Sequence[Record], *, is_list: bool | None = None) -> None:
+    """Print one object, or a list of several; what is not a number becomes null, which JSON has a word for.
+
+    `is_list` says which it is to be whatever their number.
+    """
 
     def clean(value: Any) -> Any:
         if isinstance(value, dict):
@@ -121,13 +125,24 @@ def print_json(records: Sequence[Record]) -> None:
             return [clean(item) for item in value]
         return None if isinstance(value, float) and not math.isfinite(value) else value
 
-    print(json.dumps(clean(records[0] if len(records) == 1 else records), indent=2), flush=True)
+    if is_list is None:
+        is_list = len(records) != 1
+    print(json.dumps(clean(list(records) if is_list else records[0]), indent=2), flush=True)
 
 
-def print_throws(plans: Sequence[Plan], outcomes: Sequence[Outcome]) -> None:
+def print_throws(plans: Sequence[Plan], outcomes: Sequence[Outcome], as_json: bool) -> None:
+    """Print what became of the plans that were executed, the first ones: JSON, or a table."""
+    executed = list(zip(plans, outcomes, strict=False))
+    if as_json:
+        print_json([throw_record(*pair) for pair in executed], is_list=len(plans) > 1)
+    else:
+        _print_throw_table(executed)
+
+
+def _print_throw_table(executed: Sequence[tuple[Plan, Outcome]]) -> None:
     """Print a row for each cup, and below it what a row has no room for."""
     table = _table("cup\n[m]", "predicted\n[m]", "executed\n[m]", "miss\n[mm]", "status")
-    for plan, outcome in zip(plans, outcomes, strict=True):
+    for plan, outcome in executed:
         landing, miss = _position(outcome.landing), f"{1e3 * outcome.miss:.1f}"
         if not math.isfinite(outcome.miss):
             landing = miss = "-"
@@ -135,12 +150,14 @@ def print_throws(plans: Sequence[Plan], outcomes: Sequence[Outcome]) -> None:
             _position(plan.cup), _position(plan.predicted_landing), landing, miss, outcome.status.value
         )
     out.print(table)
-    for plan, outcome in zip(plans, outcomes, strict=True):
+    for plan, outcome in executed:
         _print_infeasible(plan)
         if outcome.limits_hit:
             out.print(
                 f"cup {_position(plan.cup)}: the arm meets the limit of {', '.join(outcome.limits_hit)}"
             )
+        if outcome.return_faults:
+            out.print(f"cup {_position(plan.cup)}: on the way home, {', '.join(outcome.return_faults)}")
 
 
 def print_plans(plans: Sequence[Plan]) -> None:

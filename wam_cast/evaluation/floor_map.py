@@ -27,7 +27,7 @@ from wam_cast.planning.predictor import Predictor
 from wam_cast.planning.reach import Reach, from_polar, to_polar
 from wam_cast.scenario import Scenario
 from wam_cast.system.outcome import Outcome, Status, to_casting_plane
-from wam_cast.system.simulation import simulate_cast
+from wam_cast.system.simulate import simulate_cast
 
 OnProgress = Callable[[str, int, int], None]
 """Takes what is being done, how much of it is done, and how much there is."""

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from wam_cast.learning.kernel_ridge import KernelRidge, gaussian_kernel
 from wam_cast.learning.leave_one_out import tune_by_leave_one_out
@@ -124,6 +125,7 @@ def _whitening(K: Array, regularization: float) -> Array:
     As a sum of squares the explained variance keeps its digits, of which the product k^T (K + lambda I)^-1 k loses most where
     there is little left to explain.
     """
-    values, vectors = np.linalg.eigh(K)
+    with threadpool_limits(1):  # several threads wait for each other where others work too
+        values, vectors = np.linalg.eigh(K)
     kept = values > LEAST_EIGENVALUE * max(regularization, np.finfo(np.float64).eps)
     return np.ascontiguousarray(vectors[:, kept].T / np.sqrt(values[kept] + regularization)[:, np.newaxis])

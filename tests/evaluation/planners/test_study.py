@@ -21,7 +21,7 @@ from wam_cast.learning.sampling import sample_casts
 from wam_cast.planning.black_box import search_cast
 from wam_cast.planning.plan import plan_cast
 from wam_cast.system.outcome import Status
-from wam_cast.system.simulation import simulate_cast
+from wam_cast.system.simulate import simulate_cast
 
 NAMES = [
     ("gradient", "model"),

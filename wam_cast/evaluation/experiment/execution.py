@@ -21,7 +21,7 @@ from wam_cast.planning.plan import Method, Plan, plan_cast
 from wam_cast.planning.predictor import Predictor
 from wam_cast.scenario import Scenario
 from wam_cast.system.outcome import Outcome, Status
-from wam_cast.system.simulation import simulate_cast
+from wam_cast.system.simulate import simulate_cast
 
 
 @dataclass(frozen=True)

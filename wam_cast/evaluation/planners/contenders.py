@@ -16,7 +16,7 @@ from wam_cast.planning.black_box import Objective, Search, search_cast
 from wam_cast.planning.plan import Method, plan_cast
 from wam_cast.planning.predictor import ACROSS, ALONG, Predictor
 from wam_cast.scenario import Scenario
-from wam_cast.system.simulation import simulate_cast
+from wam_cast.system.simulate import simulate_cast
 
 Array = NDArray[np.float64]
 

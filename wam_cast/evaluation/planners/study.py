@@ -21,7 +21,7 @@ from wam_cast.learning.workers import Workers, run_rows
 from wam_cast.planning.predictor import Predictor
 from wam_cast.scenario import Scenario
 from wam_cast.system.outcome import Status
-from wam_cast.system.simulation import simulate_cast
+from wam_cast.system.simulate import simulate_cast
 
 CUP_KINDS = {"nearly inelastic": 0.25, "lively": 0.6}
 """Kinds of cups that casts are executed with, and their restitution."""

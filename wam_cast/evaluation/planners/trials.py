@@ -20,10 +20,10 @@ from wam_cast.evaluation.experiment.seeds import Purpose, derived_seed
 from wam_cast.evaluation.experiment.statistics import describe, wilson_interval
 from wam_cast.learning.workers import Workers, run_rows
 from wam_cast.planning.chance import clear_offsets
-from wam_cast.planning.plan import BEARING_MARGIN
+from wam_cast.planning.reach import BEARING_MARGIN
 from wam_cast.scenario import Scenario
 from wam_cast.system.outcome import Outcome, to_casting_plane
-from wam_cast.system.simulation import simulate_cast
+from wam_cast.system.simulate import simulate_cast
 
 Position = tuple[float, float]
 Region = Literal["line", "floor"]

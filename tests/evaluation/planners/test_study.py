@@ -15,7 +15,8 @@ from wam_cast.errors import InputError
 from wam_cast.evaluation.experiment.statistics import wilson_interval
 from wam_cast.evaluation.planners import contenders, study
 from wam_cast.evaluation.planners.contenders import Searcher, executed_miss, predicted_miss
-from wam_cast.evaluation.planners.study import compare_planners, draw_cups
+from wam_cast.evaluation.planners.study import compare_planners
+from wam_cast.evaluation.planners.trials import draw_cups
 from wam_cast.learning.forward_model import reference_model
 from wam_cast.learning.sampling import sample_casts
 from wam_cast.planning.black_box import search_cast
@@ -127,8 +128,8 @@ def casts(monkeypatch):
     """Replace the simulation by a closed form; return the list of all that is simulated: scenario, cast and cup."""
     simulated = []
 
-    def simulate(scenario, cast, cup=None):
-        simulated.append((scenario, cast, cup))
+    def simulate(scenario, cast, cup=None, *, noise_seed):
+        simulated.append((scenario, cast, cup, noise_seed))
         return FakeOutcome(scenario, cast, cup)
 
     for module in (contenders, study):
@@ -173,17 +174,10 @@ def test_results_depend_neither_on_the_order_nor_on_what_was_run_before(casts):
     assert without_seconds(compare(executor=LastFirst())) == without_seconds(compare(executor=InOrder()))
 
 
-def test_cups_are_drawn_from_all_of_the_reach():
-    cups = draw_cups((0.4, 0.8), 200, seed=3)
-    assert (min(cups), max(cups)) == pytest.approx((0.4, 0.8), abs=0.01)
-    assert draw_cups((0.4, 0.8), 20, seed=3) == cups[:20]
-    assert not set(cups) & set(draw_cups((0.4, 0.8), 200, seed=4))
-
-
 def test_searches_draw_something_else_for_each_cup_and_seed(casts):
     for seed in (0, 1):
         compare(2, budget=2, n_casts=2, seed=seed)
-    drawn = [cast for _, cast, cup in casts if cup is None]
+    drawn = [cast for _, cast, cup, _ in casts if cup is None]
     assert len(drawn) == 2 * 2 * 2 * 2  # seeds, searches, cups, casts
     assert len(set(drawn)) == len(drawn)
 
@@ -209,7 +203,7 @@ def test_searches_use_equal_budgets(casts):
 def test_the_budget_is_what_the_program_uses_at_the_median(casts, monkeypatch):
     monkeypatch.setattr(study, "searchers", lambda budget, _: (Searcher("grid", "model", budget),))
     found = compare(3, budget=None)
-    program = [plan_cast(Model(), (cup, 0.0)).n_evaluations for cup in draw_cups((0.4, 0.8), 3, 0)]
+    program = [plan_cast(Model(), cup).n_evaluations for cup in draw_cups((0.4, 0.8), 3, 0)]
     assert len(set(program)) == 3
     assert found.budget == round(np.median(program))
     assert not found.is_budget_given
@@ -218,7 +212,7 @@ def test_the_budget_is_what_the_program_uses_at_the_median(casts, monkeypatch):
 
 def test_only_searches_on_the_simulator_simulate_without_a_cup(casts):
     compare(1, n_casts=8)
-    free = [cast for _, cast, cup in casts if cup is None]
+    free = [cast for _, cast, cup, _ in casts if cup is None]
     assert len(free) == 2 * 8
     assert len(casts) - len(free) == len(NAMES) * 2
 
@@ -226,7 +220,7 @@ def test_only_searches_on_the_simulator_simulate_without_a_cup(casts):
 def test_every_chosen_cast_is_executed_with_both_kinds_of_cup(casts):
     found = compare(1)
     executed = [entry for entry in casts if entry[2] is not None]
-    assert [scenario.cup.restitution for scenario, _, _ in executed] == [0.25, 0.6] * len(NAMES)
+    assert [scenario.cup.restitution for scenario, *_ in executed] == [0.25, 0.6] * len(NAMES)
     for score, one, other in zip(found.scores, executed[::2], executed[1::2], strict=True):
         (attempt,) = score.attempts
         assert attempt.cast == tuple(one[1].to_array())
@@ -250,11 +244,17 @@ def test_on_the_model_the_predicted_miss_is_minimised_on_the_simulator_the_execu
 def test_misses_are_distances_in_the_plane_of_the_rim(monkeypatch):
     cast = np.array([[0.3, 0.5, 0.2]])  # lands at 0.72 m
     assert predicted_miss(Model(), 0.7)(cast) == pytest.approx([math.hypot(0.024, 0.001)])
-    landings = iter([[0.72, 0.001], [math.nan, math.nan]])
-    monkeypatch.setattr(contenders, "simulate_cast", lambda *_: SimpleNamespace(landing=next(landings)))
-    assert executed_miss(wc.Scenario(), 0.7)(np.vstack([cast, cast])) == pytest.approx(
+    landings, seeds = iter([[0.72, 0.001], [math.nan, math.nan]]), []
+
+    def simulate(_scenario, _cast, *, noise_seed):
+        seeds.append(noise_seed)
+        return SimpleNamespace(landing=next(landings))
+
+    monkeypatch.setattr(contenders, "simulate_cast", simulate)
+    assert executed_miss(wc.Scenario(), 0.7, seed=5)(np.vstack([cast, cast])) == pytest.approx(
         [math.hypot(0.02, 0.001), math.nan], nan_ok=True
     )
+    assert seeds == [5, 6]  # no two casts with the same noise
 
 
 def test_hits_are_counted_for_each_kind_of_cup(casts):

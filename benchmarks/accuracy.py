@@ -32,7 +32,7 @@ def converged_landing(station: CastStation, simulator: Simulator, cast: Cast) ->
     simulator.Initialize()
     position, velocity = (station.diagram.GetOutputPort(f"ball_{name}") for name in ("position", "velocity"))
     times, p_WL, v_WL = [], [], []
-    for t in np.arange(0.0, CastMotion(scenario.motion, cast).stage_ends[3], 0.002):
+    for t in np.arange(0.0, CastMotion(scenario, cast).stage_ends[4], 0.002):
         simulator.AdvanceTo(t)
         times.append(t)
         p_WL.append(position.Eval(context))

@@ -1,9 +1,72 @@
 """What tests of several layers share."""
 
+import math
+from types import SimpleNamespace
+
+import numpy as np
 import pytest
+
+from wam_cast.arm_model import bearing_limits
+from wam_cast.cast import Cast
 
 
 @pytest.fixture(scope="session")
 def lively_cup():
     """Return the part of a scenario that makes a ball bounce in its cup; the reference cup hardly lets it."""
     return {"restitution": 0.7}
+
+
+@pytest.fixture
+def floor_without_physics(monkeypatch):
+    """Map the floor in this process: plans are off by 1 mm, and balls come down 3 mm beyond the cup's axis and 2 mm to its left.
+
+    With noise, up to a millimetre more beyond it. At the lowest bearing they never come down; elsewhere they are caught if the
+    cup is nearer than 0.9 m. Returns what was planned and what was cast.
+    """
+    # Most tests need none of what these import.
+    from wam_cast.evaluation import floor_map
+    from wam_cast.planning.chance import Spread
+    from wam_cast.planning.plan import Plan
+    from wam_cast.system.outcome import Status
+
+    planned, cast = [], []
+
+    def plan(model, cup, method="program", solver=None):
+        planned.append((cup, method, solver))
+        return Plan(
+            cup=cup,
+            cast=Cast(0.3, 0.5, 0.1, bearing=0.02),
+            predicted_landing=np.array([cup[0] - 0.001, 0.0]),
+            predicted_miss=0.001,
+            predicted_spread=Spread(0.004, 0.003),
+            predicted_entry_angle=0.1,
+            predicted_entry_speed=2.0,
+            predicted_slack=0.02,
+            predicted_peak_load=0.5,
+            predicted_peak_speed=0.5,
+            clear_entry_probability=1.0 - 0.5 * cup[0],
+            is_feasible=cup[0] < 0.9,
+            method=method,
+            n_evaluations=1,
+            n_solutions=1,
+            reason="it was told so",
+        )
+
+    def simulate(scenario, one, cup, *, noise_seed):
+        cast.append((one, cup, noise_seed))
+        radius = math.hypot(*cup)
+        outward = np.array(cup) / radius
+        noise = 0.001 * np.random.default_rng(noise_seed).random() if scenario.noise.is_on else 0.0
+        landing = cup + (0.003 + noise) * outward + 0.002 * np.array([-outward[1], outward[0]])
+        status = Status.CAUGHT if radius < 0.9 else Status.LONG
+        if one.bearing < bearing_limits()[0] + 0.05:
+            landing, status = np.full(2, np.nan), Status.NEVER_CROSSED
+        return SimpleNamespace(status=status, landing=landing, miss=float(np.linalg.norm(landing - cup)))
+
+    def inline(function, rows, *_):
+        yield from map(function, rows)
+
+    monkeypatch.setattr(floor_map, "plan_cast", plan)
+    monkeypatch.setattr(floor_map, "simulate_cast", simulate)
+    monkeypatch.setattr(floor_map, "run_rows", inline)
+    return SimpleNamespace(planned=planned, cast=cast)

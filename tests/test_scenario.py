@@ -49,7 +49,7 @@ MATTERS = [
     {"bounds": {"wait": [0.0, 0.4]}},
 ]
 
-# What a ball meets, or the arm does, only after it has come down through the rim plane.
+# What a ball meets, or the arm does, only after it has come down through the rim plane, and the turn, after which it hangs at rest.
 DOES_NOT_MATTER = [
     {"cup": {"inner_radius": 0.035}},
     {"cup": {"wall_thickness": 0.005}},
@@ -58,6 +58,10 @@ DOES_NOT_MATTER = [
     {"cup": {"restitution": 0.6}},
     {"cup": {"friction": 0.2}},
     {"simulation": {"contact_accuracy": 0.01}},
+    {"motion": {"turn_duration": 3.0}},
+    {"motion": {"fetch_duration": 0.9}},
+    {"motion": {"pull_duration": 1.9}},
+    {"motion": {"slide_duration": 1.6}},
     {"motion": {"lift_duration": 0.9}},
     {"motion": {"retreat_duration": 1.3}},
 ]

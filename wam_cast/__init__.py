@@ -26,16 +26,18 @@ if TYPE_CHECKING:
     from wam_cast.system.controller import CastController as CastController
     from wam_cast.system.outcome import Outcome as Outcome
     from wam_cast.system.outcome import Status as Status
-    from wam_cast.system.simulation import CastRecording as CastRecording
+    from wam_cast.system.recording import CastRecording as CastRecording
+    from wam_cast.system.recording import Throw as Throw
+    from wam_cast.system.simulate import simulate_cast as simulate_cast
+    from wam_cast.system.simulate import simulate_casts as simulate_casts
     from wam_cast.system.simulation import CastSimulator as CastSimulator
-    from wam_cast.system.simulation import simulate_cast as simulate_cast
     from wam_cast.system.station import CastStation as CastStation
 
 _HOME = {
     "Cast": "cast",
     "CastController": "system.controller",
     "CastDataset": "learning.dataset",
-    "CastRecording": "system.simulation",
+    "CastRecording": "system.recording",
     "CastSimulator": "system.simulation",
     "CastStation": "system.station",
     "ForwardModel": "learning.forward_model",
@@ -46,11 +48,13 @@ _HOME = {
     "Plan": "planning.plan",
     "Scenario": "scenario",
     "Status": "system.outcome",
+    "Throw": "system.recording",
     "generate_dataset": "learning.dataset",
     "plan_cast": "planning.plan",
     "reference_model": "learning.forward_model",
     "reproduce": "evaluation.experiment.run",
-    "simulate_cast": "system.simulation",
+    "simulate_cast": "system.simulate",
+    "simulate_casts": "system.simulate",
 }
 
 __all__ = [*sorted(_HOME), "__version__"]

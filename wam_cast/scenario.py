@@ -159,24 +159,31 @@ class Motion(_Part):
     ----------
     start_radius, start_height
         The hand before the cast: distance from the base axis and height above the floor [m].
+    turn_duration
+        How long joint 1 takes to turn the hand by one radian before the cast [s]; `wam_cast.system.turn` has other angles.
     min_move_duration
         The horizontal move takes at least this long [s]; faster casts are not allowed.
     drop_distance, drop_duration
         How far [m] and how fast [s] the hand goes down in stage 3.
     hold_duration
         How long the hand stays down, so that the ball comes to rest [s].
-    lift_duration, retreat_duration
-        The return: straight up to the starting height, then back [s].
+    fetch_duration, pull_duration, slide_duration, lift_duration, retreat_duration
+        The return [s]: to where the string is almost tight; until the ball is drawn against the cup's wall; as it slides up the
+        wall; straight up to the starting height; and back. See `wam_cast.system.return_path`.
     """
 
     start_radius: Positive = 0.20
     start_height: Positive = 0.80
+    turn_duration: Positive = 4.0
     min_move_duration: Positive = 0.2
     drop_distance: Positive = 0.45
     drop_duration: Positive = 0.44
     hold_duration: Positive = 1.5
+    fetch_duration: Positive = 1.0
+    pull_duration: Positive = 2.0
+    slide_duration: Positive = 1.5
     lift_duration: Positive = 0.8
-    retreat_duration: Positive = 1.2
+    retreat_duration: Positive = 2.5
 
 
 class Noise(_Part):
@@ -248,6 +255,11 @@ class Bounds(_Part):
                     f"bounds.{name} = [{lower:g}, {upper:g}] is empty: the first number must be below the second"
                 )
         return self
+
+
+AFTER_THE_LANDING = ("fetch_duration", "pull_duration", "slide_duration", "lift_duration", "retreat_duration")
+BEFORE_THE_CAST = ("turn_duration",)
+"""Parts of the motion on which no landing depends: after a turn the ball is at rest, to within what can be measured."""
 
 
 class Scenario(_Part):
@@ -331,6 +343,11 @@ class Scenario(_Part):
         return yaml.safe_dump(self.model_dump(mode="json"), sort_keys=False)
 
     @property
+    def without_noise(self) -> Self:
+        """The same scenario, all noise off."""
+        return self.model_copy(update={"noise": Noise()})
+
+    @property
     def fingerprint(self) -> str:
         """Hash of all that a cast's landing depends on: this scenario but for the cup's shape and contact, and the arm's model.
 
@@ -339,7 +356,7 @@ class Scenario(_Part):
         values = self.model_dump(mode="json")
         values["cup"] = {"rim_height": self.cup.rim_height}
         values["simulation"].pop("contact_accuracy")
-        for name in ("lift_duration", "retreat_duration"):
+        for name in (*BEFORE_THE_CAST, *AFTER_THE_LANDING):
             values["motion"].pop(name)
         if not self.noise.is_on:
             values.pop("noise")  # as if there were no such thing: casts made before there was stay valid

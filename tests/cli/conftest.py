@@ -96,7 +96,8 @@ def no_physics(monkeypatch):
         values = dict.fromkeys(dataset.SCHEMA.names, 0.0)
         landing = {"landing_along": 0.2 + cast.distance + 0.4 * cast.speed, "landing_across": 0.0}
         parameters = {"distance": cast.distance, "speed": cast.speed, "wait": cast.wait}
-        return values | parameters | landing | {"cast": number, "status": "landed", "is_slack": True}
+        good = {"status": "landed", "is_slack": True, "slack": 0.05, "peak_load": 0.5, "peak_speed": 0.5}
+        return values | parameters | landing | good | {"cast": number}
 
     def generate(*args, executor=None, n_workers=None, **options):
         return dataset.generate_dataset(*args, executor=InlineExecutor(), **options)

@@ -48,7 +48,7 @@ WORDS = {
     "throw --cup 0.7 --picture a": ["suffix is missing", ".pdf, .png, .svg"],
     "throw --cup 0.7 --replay a.html --picture missing/a.png": ["missing/a.png"],
     "throw --cup 0.7 --replay a.html --picture a.jpg": ["a.jpg", ".pdf, .png, .svg"],
-    "throw --cup 0.7 --cup 0.8 --replay a.html": ["--replay", "give one --cup, not 2"],
+    "throw --cup 0.7 --cup 0.8 --picture a.png": ["--picture", "give one --cup, not 2"],
     "throw --cup 0.7 --seed -1": ["--seed", "0"],
     "throw --cup 0.7 --seed 0.5": ["--seed", "integer"],
     "generate --casts 40": ["--out", "wam-cast generate --help"],
@@ -178,6 +178,12 @@ def test_a_scenario_without_a_model_names_the_commands_that_make_one(refused, co
     assert "`wam-cast generate --scenario heavy.yaml --casts 1700 --out heavy-" in line
     assert "`wam-cast fit heavy-" in line
     assert "--train" in line
+
+
+@pytest.mark.parametrize("cup", ["1.2,0.3", "-0.7", "0"])
+def test_the_nearest_cup_that_an_error_names_can_be_pasted(cli, refused, cup):
+    token = refused("plan", "--cup", cup).split("the nearest is ")[1].strip()
+    assert cli("plan", "--planner", "gradient", "--cup", token).code == 0
 
 
 def test_an_error_of_the_packages_own_is_not_dressed_up(cli, monkeypatch):

@@ -15,9 +15,9 @@ from wam_cast.learning.forward_model import reference_model
 from wam_cast.planning.plan import SOLVERS
 from wam_cast.scenario import Noise
 from wam_cast.system.outcome import Status
-from wam_cast.system.simulation import simulate_cast
+from wam_cast.system.simulate import simulate_casts
 
-COMMANDS = ("throw", "plan", "generate", "fit", "show")
+COMMANDS = ("throw", "plan", "generate", "fit", "map", "show")
 PLAN_KEYS = {"cup", "cast", "predicted_landing", "predicted_miss", "is_feasible"}
 THROW_KEYS = {"cup", "cast", "predicted_landing", "predicted_miss", "landing", "miss", "status", "is_caught"}
 
@@ -26,16 +26,21 @@ def names(folder):
     return sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
 
 
+def change_outcomes(monkeypatch, change):
+    """Make every throw end as `change` has it, a function of what it was."""
+
+    def simulate(*given, on_outcome, **options):
+        simulate_casts(*given, on_outcome=lambda outcome: on_outcome(change(outcome)), **options)
+
+    monkeypatch.setattr(wc, "simulate_casts", simulate, raising=False)
+
+
 @pytest.fixture
 def missed(monkeypatch):
     """Make every throw one whose ball never comes down."""
 
-    def simulate(*given, **options):
-        outcome = simulate_cast(*given, **options)
-        nowhere = {"landing": np.full(2, np.nan), "miss": math.nan, "entry_angle": math.nan}
-        return replace(outcome, status=Status.NEVER_CROSSED, **nowhere)
-
-    monkeypatch.setattr(wc, "simulate_cast", simulate, raising=False)
+    nowhere = {"landing": np.full(2, np.nan), "miss": math.nan, "entry_angle": math.nan}
+    change_outcomes(monkeypatch, lambda outcome: replace(outcome, status=Status.NEVER_CROSSED, **nowhere))
 
 
 # --- help
@@ -180,6 +185,34 @@ def test_one_miss_among_several_gives_1(cli):
     assert cli("throw", "--cup", "0.75", "--cup", "0.5").code == 1
 
 
+def test_interrupted_throws_tell_what_was_finished(cli, monkeypatch):
+    def simulate(scenario, casts, cups, *, on_outcome, **options):
+        simulate_casts(scenario, casts[:1], cups[:1], on_outcome=on_outcome, **options)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(wc, "simulate_casts", simulate, raising=False)
+    words = ("throw", "--cup", "0.75", "--cup", "0.5")
+    result = cli(*words, "--json")
+    assert result.code == 130
+    assert "interrupted" in result.err
+    (record,) = json.loads(result.out)  # a list, as of several cups
+    assert record["cup"] == [0.75, 0.0]
+    assert record["is_caught"]
+    table = cli(*words)
+    assert table.code == 130
+    assert "0.7500, 0.0000" in table.out
+    assert "0.5000, 0.0000" not in table.out
+
+
+def test_replay_of_several_cups_shows_them_all(cli, folder):
+    result = cli("throw", "--cup", "0.7", "--cup", "0.45,0.05", "--replay", "a.html", "--json")
+    assert (result.code, result.err) == (0, "replay: a.html\n")
+    page = (folder / "a.html").read_text(encoding="utf-8")
+    assert "2 of 2 cups in one go" in page
+    for place in ("1  Cup at (0.700, 0.000) m", "2  Cup at (0.450, 0.050) m"):
+        assert place in page
+
+
 @pytest.mark.usefixtures("missed")
 def test_what_is_not_a_number_is_null_in_json_and_a_dash_in_a_table(cli):
     result = cli("throw", "--cup", "0.75", "--json")
@@ -193,17 +226,12 @@ def test_what_is_not_a_number_is_null_in_json_and_a_dash_in_a_table(cli):
 
 
 def test_limits_that_the_arm_met_are_named(cli, monkeypatch):
-    def simulate(*given, **options):
-        return replace(
-            simulate_cast(*given, **options),
-            status=Status.LIMIT_HIT,
-            limits_hit=("joint 4 speed", "joint 2 torque"),
-        )
-
-    monkeypatch.setattr(wc, "simulate_cast", simulate, raising=False)
+    met = {"limits_hit": ("joint 4 speed", "joint 2 torque"), "return_faults": ("joint 1 speed",)}
+    change_outcomes(monkeypatch, lambda outcome: replace(outcome, status=Status.LIMIT_HIT, **met))
     result = cli("throw", "--cup", "0.75")
     assert result.code == 1
     assert "cup 0.7500, 0.0000: the arm meets the limit of joint 4 speed, joint 2 torque" in result.out
+    assert "cup 0.7500, 0.0000: on the way home, joint 1 speed" in result.out
 
 
 @pytest.mark.usefixtures("scenarios")
@@ -227,12 +255,15 @@ def test_seed_draws_the_noise_and_the_next_cup_takes_the_next_seed(cli, noisy, m
     words = ("throw", "--cup", "0.75", "--cup", "0.75", "--json")
     records = json.loads(cli(*words, "--seed", "4").out)
     cast = wc.Cast(**records[0]["cast"])
-    for record, seed in zip(records, (4, 5), strict=True):
-        outcome = wc.simulate_cast(noisy, cast, (0.75, 0.0), noise_seed=seed)
+    outcomes = wc.simulate_casts(noisy, [cast, cast], [(0.75, 0.0)] * 2, noise_seed=4)
+    for record, outcome in zip(records, outcomes, strict=True):
         assert record["landing"] == list(outcome.landing)
+    # The second cast starts with what swing the return left, not with noise's: else it would be the cast of seed 5.
+    alone = wc.simulate_cast(noisy, cast, (0.75, 0.0), noise_seed=5)
+    assert records[1]["landing"] != list(alone.landing)
     monkeypatch.setattr("wam_cast.evaluation.replay.write_replay", lambda *_: None)
     recorded = cli("throw", "--cup", "0.75", "--seed", "5", "--replay", "a.html", "--json")
-    assert json.loads(recorded.out)["landing"] == records[1]["landing"] != records[0]["landing"]
+    assert json.loads(recorded.out)["landing"] == list(alone.landing) != records[0]["landing"]
     outcome = wc.simulate_cast(noisy, cast, (0.75, 0.0), noise_seed=0)
     assert json.loads(cli("throw", "--cup", "0.75", "--json").out)["landing"] == list(outcome.landing)
 
@@ -363,9 +394,9 @@ def test_a_model_brings_its_scenario(cli, monkeypatch):
 
     def simulate(scenario, *given, **options):
         thrown.append(scenario)
-        return simulate_cast(scenario, *given, **options)
+        return simulate_casts(scenario, *given, **options)
 
-    monkeypatch.setattr(wc, "simulate_cast", simulate)
+    monkeypatch.setattr(wc, "simulate_casts", simulate)
     cli("throw", "--cup", "0.6", "--model", "a.model")
     assert thrown == [wc.Scenario.from_yaml("heavy.yaml")]
 

@@ -184,7 +184,7 @@ def test_browser_shows_arm_ball_and_cup(replay, tmp_path):
         "--use-gl=angle",
         "--use-angle=swiftshader",
         "--enable-unsafe-swiftshader",
-        "--virtual-time-budget=4000",  # the ball is out of the cup, on its way back
+        "--virtual-time-budget=9000",  # the ball is out of the cup, on its way back
         "--window-size=640,400",
         f"--user-data-dir={tmp_path / 'profile'}",
         f"--screenshot={picture}",

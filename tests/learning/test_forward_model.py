@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.stats import norm
 
 from wam_cast.cast import PARAMETERS, cast_bounds
 from wam_cast.errors import InputError
@@ -16,19 +17,20 @@ from wam_cast.learning.dataset import CastDataset, simulate_row
 from wam_cast.learning.forward_model import ForwardModel, reference_directory, reference_model
 from wam_cast.learning.kernel_ridge import KernelRidge
 from wam_cast.learning.leave_one_out import tune_by_leave_one_out
-from wam_cast.learning.parts import OUTPUTS, Parts
+from wam_cast.learning.parts import OUTPUTS, Parts, split_casts
 from wam_cast.learning.sampling import sample_casts
-from wam_cast.scenario import Ball, Cup, Scenario
+from wam_cast.scenario import Ball, Cup, Noise, Scenario
 
 SCENARIO = Scenario()
 N_CASTS = 340  # split into 260, 60 and 20
 
 
 def closed_form(casts):
-    """Return landing along, across and entry angle of casts, shape (n, 3): smooth, without physics."""
+    """Return the outputs of casts of shape (n, 3), shape (n, 7): smooth, without physics."""
     distance, speed, wait = casts.T
     along = 0.2 + distance + 0.4 * speed * np.cos(3 * wait)
-    return np.column_stack([along, 0.01 * speed * wait, 0.5 * speed**2])
+    others = [1.5 + 0.2 * wait, 0.02 + 0.1 * distance * wait, 0.3 + 0.1 * speed, 0.5 + 0.2 * distance]
+    return np.column_stack([along, 0.01 * speed * wait, 0.5 * speed**2, *others])
 
 
 def synthetic(n_casts=N_CASTS, scenario=SCENARIO, seed=0):
@@ -85,7 +87,7 @@ def test_info_says_how_the_model_was_made(model, data):
         casts = data.frame.loc[rows, list(PARAMETERS)].to_numpy()
         residual = (model.predict(casts) - closed_form(casts))[:, 0]
         assert rmse == pytest.approx(math.sqrt(np.mean(residual**2)), rel=1e-4)
-    along = model._known_outputs[:, 0]
+    along = model.known_outputs[:, 0]
     estimator = KernelRidge(
         sigma=info.sigma, regularization=info.regularization, input_bounds=cast_bounds(SCENARIO)
     )
@@ -221,13 +223,71 @@ def test_gradient_agrees_with_finite_differences_in_si_units(model):
     casts = np.random.default_rng(3).uniform(lower, upper, size=(10, 3))
     prediction, gradient = model.predict_with_gradient(casts)
     np.testing.assert_allclose(prediction, model.predict(casts), rtol=1e-12, atol=1e-12)
-    assert gradient.shape == (10, 3, 3)
+    assert gradient.shape == (10, 7, 3)
     h = 1e-4
     for parameter, step in enumerate(h * np.eye(3)):
         difference = (model.predict(casts + step) - model.predict(casts - step)) / (2 * h)
         np.testing.assert_allclose(gradient[:, :, parameter], difference, rtol=1e-4, atol=1e-4)
     # Metres per metre: the closed form's landing moves as far as the hand does.
     np.testing.assert_allclose(gradient[:, 0, 0], 1.0, atol=0.02)
+
+
+def test_an_expansion_is_all_that_is_known_about_a_cast(model):
+    casts = sample_casts(SCENARIO, 10, seed=3)
+    prediction, gradient = model.predict_with_gradient(casts)
+    for i, cast in enumerate(casts):
+        found = model.expand(cast)
+        np.testing.assert_allclose(found.outputs, prediction[i], rtol=1e-8, atol=1e-8)
+        np.testing.assert_allclose(found.gradient, gradient[i], rtol=1e-6, atol=1e-6)
+        std, std_gradient = model.uncertainty.expand(cast)
+        assert found.std == std > 0
+        np.testing.assert_array_equal(found.std_gradient, std_gradient)
+
+
+def test_the_landing_alone_is_the_first_output(model):
+    casts = sample_casts(SCENARIO, 10, seed=3)
+    prediction, gradient = model.predict_with_gradient(casts)
+    landing, landing_gradient = model.landing_with_gradient(casts)
+    np.testing.assert_allclose(landing, prediction[:, 0], rtol=1e-8)
+    np.testing.assert_allclose(landing_gradient, gradient[:, 0], rtol=1e-6, atol=1e-6)
+
+
+# --- the scenarios that it serves
+
+
+OTHER_CUP = Scenario(cup=Cup(inner_radius=0.06))
+NOISY = Scenario(noise=Noise.typical())
+
+
+@pytest.mark.parametrize("other", [OTHER_CUP, NOISY])
+def test_a_model_serves_other_cups_and_noise(model, other):
+    assert model.serves(other)
+    bound = model.bound_to(other)
+    assert bound.scenario is other
+    assert model.scenario == SCENARIO  # as it was
+    np.testing.assert_array_equal(predictions(bound), predictions(model))
+    assert bound.reach == model.reach
+
+
+def test_a_model_does_not_serve_another_ball(model):
+    other = Scenario(ball=Ball(mass=0.04))
+    assert not model.serves(other)
+    with pytest.raises(InputError, match="made for another scenario") as caught:
+        model.bound_to(other)
+    line = str(caught.value)
+    assert "\n" not in line
+    assert SCENARIO.fingerprint in line
+    assert other.fingerprint in line
+
+
+def test_what_was_learned_with_noise_serves_that_noise_only():
+    noisy = ForwardModel.from_hyperparameters(synthetic(scenario=NOISY), 0.7, 1e-4)
+    assert noisy.serves(NOISY)
+    assert noisy.bound_to(NOISY.model_copy(update={"cup": OTHER_CUP.cup})).scenario.cup == OTHER_CUP.cup
+    for other in (SCENARIO, Scenario(noise=Noise(speed=0.03))):
+        assert not noisy.serves(other)
+        with pytest.raises(InputError, match="another scenario"):
+            noisy.bound_to(other)
 
 
 # --- the file
@@ -253,6 +313,11 @@ def test_round_trip_predicts_the_same(model, file):
     again = ForwardModel.load(file)
     np.testing.assert_array_equal(predictions(again), predictions(model))
     np.testing.assert_array_equal(again.known_casts, model.known_casts)
+    np.testing.assert_array_equal(again.known_outputs, model.known_outputs)
+    casts = sample_casts(SCENARIO, 30, seed=99)
+    np.testing.assert_array_equal(again.uncertainty.std(casts), model.uncertainty.std(casts))
+    for found, expected in zip(again.expand(casts[0]), model.expand(casts[0]), strict=True):
+        np.testing.assert_array_equal(found, expected)
     assert again.info == model.info
     assert again.reach == model.reach
     assert again.scenario == model.scenario
@@ -261,6 +326,12 @@ def test_round_trip_predicts_the_same(model, file):
 def test_a_model_serves_every_cup_that_is_as_high(file):
     slippery = Scenario(cup=Cup(friction=0.1))
     assert ForwardModel.load(file, slippery).scenario is slippery
+
+
+def test_a_model_without_noise_serves_noise(model, file):
+    loaded = ForwardModel.load(file, NOISY)
+    assert loaded.scenario is NOISY
+    np.testing.assert_array_equal(predictions(loaded), predictions(model))
 
 
 def test_a_model_of_another_scenario_is_refused(file):
@@ -390,6 +461,21 @@ def test_reference_model_is_the_fit_to_the_shipped_dataset(reference_data):
     np.testing.assert_allclose(predictions(shipped), predictions(fitted), rtol=0, atol=2e-5)
 
 
+def test_reference_model_knows_by_how_much_it_errs(reference_data):
+    model, validation = reference_model(), split_casts(reference_data).validation
+    std = model.uncertainty.std(validation.X)
+    normalized = np.abs(model.predict(validation.X)[:, 0] - validation.landing) / std
+    levels = np.linspace(0.05, 0.95, 19)
+    covered = np.array([np.mean(normalized <= norm.ppf((1 + level) / 2)) for level in levels])
+    assert np.mean(np.abs(covered - levels)) < 0.03
+    assert np.abs(covered - levels).max() < 0.06
+    # One standard deviation for all casts would be as large as the errors too, but too large for most of them.
+    assert np.quantile(std, 0.95) > 5 * np.quantile(std, 0.05)
+    half = std > np.median(std)
+    assert np.mean(normalized[half] ** 2) == pytest.approx(1, abs=0.4)
+    assert np.mean(normalized[~half] ** 2) == pytest.approx(1, abs=0.4)
+
+
 @pytest.mark.parametrize("row", [0, 1, 2, 1699])
 def test_shipped_casts_are_what_the_simulation_gives_now(reference_data, row):
     now, then = simulate_row(Scenario(), reference_data.seed, row), reference_data.frame.loc[row]
@@ -398,6 +484,6 @@ def test_shipped_casts_are_what_the_simulation_gives_now(reference_data, row):
     assert now["status"] == then["status"]
     assert now["is_slack"] == then["is_slack"]
     # Metres and seconds; another version of Drake may round otherwise.
-    for name in ("landing_along", "landing_across", "crossing_time"):
+    for name in ("landing_along", "landing_across", "crossing_time", "slack"):
         assert now[name] == pytest.approx(then[name], abs=1e-6), name
     assert now["entry_angle"] == pytest.approx(then["entry_angle"], abs=1e-5)

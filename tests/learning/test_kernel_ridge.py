@@ -115,6 +115,29 @@ def test_prediction_with_gradient_is_both(X, X_query, n_outputs):
     assert prediction.shape == model.predict(X_query).shape
 
 
+@pytest.mark.parametrize("n_outputs", [None, 1, 3])
+@pytest.mark.parametrize("center_targets", [True, False])
+@pytest.mark.parametrize("sigma", [0.5, ARD])
+def test_expansion_is_the_prediction_with_its_gradient(X, X_query, sigma, center_targets, n_outputs):
+    model = KernelRidge(sigma=sigma, regularization=1e-4, center_targets=center_targets)
+    model.fit(X, smooth_targets(X, n_outputs))
+    for found, expected in zip(model.expand(X_query), model.predict_with_gradient(X_query), strict=True):
+        assert found.shape == expected.shape
+        scale = np.abs(expected).reshape(len(X_query), -1).max()
+        np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-11 * scale)
+
+
+@pytest.mark.parametrize("lam", [1e-4, 1e-1])
+@pytest.mark.parametrize("n_outputs", [None, 2])
+def test_leave_one_out_knows_the_diagonal_of_the_inverse(X, lam, n_outputs):
+    model = KernelRidge(sigma=ARD, regularization=lam).fit(X, smooth_targets(X, n_outputs))
+    residuals, inverse_diagonal = model.leave_one_out()
+    Z = (X - X.min(axis=0)) / np.ptp(X, axis=0) / ARD
+    K = np.exp(-cdist(Z, Z, "sqeuclidean"))
+    np.testing.assert_allclose(inverse_diagonal, np.diag(np.linalg.inv(K + lam * np.eye(len(X)))), rtol=1e-8)
+    np.testing.assert_array_equal(residuals, model.leave_one_out_residuals())
+
+
 @pytest.mark.parametrize("n_outputs", [None, 2])
 @pytest.mark.parametrize("center_targets", [True, False])
 @pytest.mark.parametrize("sigma", [0.5, ARD])

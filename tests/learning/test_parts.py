@@ -15,7 +15,7 @@ COLUMNS = [*PARAMETERS, *OUTPUTS]
 
 
 def dataset(n_casts=N_CASTS, lost=()):
-    values = np.random.default_rng(0).uniform(size=(n_casts, 6))
+    values = np.random.default_rng(0).uniform(size=(n_casts, len(COLUMNS)))
     frame = pd.DataFrame(values, columns=COLUMNS).assign(status="landed")
     frame.loc[list(lost), list(OUTPUTS)] = np.nan
     return CastDataset(Scenario(), 0, frame)

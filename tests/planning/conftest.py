@@ -1,6 +1,7 @@
 """Forward models with a closed form, to plan with."""
 
 from collections import Counter
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -10,74 +11,97 @@ from wam_cast.learning.sampling import sample_casts
 from wam_cast.scenario import Scenario
 
 
+class Expansion(NamedTuple):
+    outputs: np.ndarray
+    gradient: np.ndarray
+    std: float
+    std_gradient: np.ndarray
+
+
 class ClosedForm:
     """A `Predictor` of functions of the parameters, scaled to [0, 1] between their bounds.
 
-    Each output is a pair: a function of casts, shape (n, 3), giving (n,), and its gradient, giving (n, 3).
+    Each output, and `std`, is a pair: a function of casts, shape (n, 3), giving (n,), and its gradient, giving (n, 3). Outputs that
+    are not named are such that nothing comes of them.
     """
 
-    def __init__(self, along, across=None, angle=None, *, reach=(0.2, 1.5), known_casts=None, scenario=None):
-        nothing = constant(0.0)
+    NAMES = ("along", "across", "angle", "speed", "slack", "peak_load", "peak_speed")
+
+    def __init__(self, *, reach=(0.2, 1.5), known_casts=None, scenario=None, std=None, **outputs):
         self.scenario = scenario or Scenario()
         self.reach = reach
-        self.known_casts = sample_casts(self.scenario, 60, seed=1) if known_casts is None else known_casts
         self.calls = Counter()
-        self._outputs = [along, across or nothing, angle or nothing]
+        plain = dict(zip(self.NAMES, map(constant, (0.5, 0.0, 0.1, 1.5, 0.05, 0.3, 0.5)), strict=True))
+        self.functions = plain | outputs
+        self.std = std or constant(1e-3)
         self.lower, upper = cast_bounds(self.scenario)
         self.span = upper - self.lower
+        self.know(sample_casts(self.scenario, 60, seed=1) if known_casts is None else known_casts)
 
-    def set_along(self, value, gradient):
-        self._outputs[0] = value, gradient
-
-    def set_angle(self, value, gradient):
-        self._outputs[2] = value, gradient
+    def know(self, casts):
+        self.known_casts, self.known_outputs = casts, self._evaluate(casts)[0]
 
     def predict(self, casts):
         assert casts.ndim == 2
         self.calls["predict"] += 1
-        return self._values(casts)
+        return self._evaluate(casts)[0]
 
-    def predict_with_gradient(self, casts):
-        self.calls["predict_with_gradient"] += 1
-        scaled = (casts - self.lower) / self.span
-        gradients = [gradient(scaled) / self.span for _, gradient in self._outputs]
-        return self._values(casts), np.stack(gradients, axis=1)
+    def expand(self, cast):
+        self.calls["expand"] += 1
+        outputs, gradient = self._evaluate(cast[np.newaxis])
+        scaled = (cast[np.newaxis] - self.lower) / self.span
+        std, std_gradient = (function(scaled)[0] for function in self.std)
+        return Expansion(outputs[0], gradient[0], float(std), std_gradient / self.span)
 
-    def _values(self, casts):
+    def landing_with_gradient(self, casts):
+        outputs, gradient = self._evaluate(casts)
+        return outputs[:, 0], gradient[:, 0]
+
+    def _evaluate(self, casts):
         scaled = (casts - self.lower) / self.span
-        return np.column_stack([value(scaled) for value, _ in self._outputs])
+        functions = [self.functions[name] for name in self.NAMES]
+        gradients = [gradient(scaled) / self.span for _, gradient in functions]
+        return np.column_stack([value(scaled) for value, _ in functions]), np.stack(gradients, axis=1)
 
 
 def linear(offset, *slopes):
-    slopes = np.array(slopes, dtype=float)
+    slopes = np.array(slopes or (0, 0, 0), dtype=float)
     return (lambda s: offset + s @ slopes), (lambda s: np.tile(slopes, (len(s), 1)))
 
 
 def constant(value):
-    return linear(value, 0, 0, 0)
+    return linear(value)
 
 
 @pytest.fixture
 def make_model():
-    """Return a function that makes a model whose outputs are linear in the scaled parameters."""
+    """Return a function that makes a model whose outputs, given as an offset and slopes, are linear in the scaled parameters."""
 
-    def make(along=(0.4, 0.3, 0.2, 0.1), across=0.0, angle=None, **options):
-        return ClosedForm(
-            linear(*along), constant(across), constant(0.1) if angle is None else linear(*angle), **options
-        )
+    def make(along=(0.4, 0.3, 0.2, 0.1), **outputs):
+        options = {
+            name: outputs.pop(name) for name in ("reach", "known_casts", "scenario") if name in outputs
+        }
+        lines = {name: linear(*np.atleast_1d(line)) for name, line in ({"along": along} | outputs).items()}
+        return ClosedForm(**lines, **options)
 
     return make
 
 
 @pytest.fixture
 def curved_model():
-    """Return a model whose landing and entry angle are curved, without symmetry."""
+    """Return a model whose landing, entry angle and error are curved, without symmetry."""
     along = (
         lambda s: 0.4 + 0.3 * s[:, 0] + 0.2 * s[:, 1] ** 2 + 0.1 * s[:, 0] * s[:, 2],
         lambda s: np.column_stack([0.3 + 0.1 * s[:, 2], 0.4 * s[:, 1], 0.1 * s[:, 0]]),
     )
     angle = (
-        lambda s: 0.2 + np.sin(s[:, 0] - s[:, 2]),
-        lambda s: np.column_stack([np.cos(s[:, 0] - s[:, 2]), 0 * s[:, 1], -np.cos(s[:, 0] - s[:, 2])]),
+        lambda s: 0.4 + 0.3 * np.sin(s[:, 0] - s[:, 2]),
+        lambda s: 0.3 * np.column_stack([np.cos(s[:, 0] - s[:, 2]), 0 * s[:, 1], -np.cos(s[:, 0] - s[:, 2])]),
     )
-    return ClosedForm(along, constant(0.0), angle)
+    std = (
+        lambda s: 1e-3 * np.exp((s[:, 0] - 0.6) ** 2 + (s[:, 1] - 0.3) ** 2 + (s[:, 2] - 0.4) ** 2),
+        lambda s: (
+            2 * (s - [0.6, 0.3, 0.4]) * 1e-3 * np.exp(np.sum((s - [0.6, 0.3, 0.4]) ** 2, axis=1))[:, None]
+        ),
+    )
+    return ClosedForm(along=along, angle=angle, std=std)

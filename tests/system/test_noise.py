@@ -22,11 +22,12 @@ from wam_cast.system.noise import (
     swing_at_start,
     torque_deviates,
 )
-from wam_cast.system.outcome import Outcome
-from wam_cast.system.simulation import CastSimulator, simulate_cast
+from wam_cast.system.outcome import Outcome, to_casting_plane
+from wam_cast.system.simulate import simulate_cast
+from wam_cast.system.simulation import CastSimulator
 from wam_cast.system.station import CastStation
 
-CAST = Cast(0.30, 0.60, 0.10, bearing=0.4)
+CAST = Cast(0.30, 0.60, 0.10, bearing=1e-3)  # its turn is short
 TYPICAL = Noise.typical()
 NAMES = tuple(Noise.model_fields)
 PERIOD = 0.002
@@ -146,7 +147,7 @@ def test_noise_of_the_move_is_a_cast_without_noise_of_the_executed_parameters(si
 
 def test_recording_judges_by_the_executed_motion_and_keeps_the_command(noisy):
     recording = noisy.record(CAST, noise_seed=2)
-    motion = CastMotion(noisy.scenario.motion, executed_cast(TYPICAL, CAST, 2))
+    motion = CastMotion(noisy.scenario, executed_cast(TYPICAL, CAST, 2))
     assert recording.cast == CAST
     np.testing.assert_array_equal(recording.p_WE_desired, [motion.evaluate(t)[0] for t in recording.times])
     assert list(recording.stages) == [motion.stage(t) for t in recording.times]
@@ -277,14 +278,15 @@ def test_torque_noise_keeps_its_seed_in_the_context():
 
 def test_every_torque_of_a_recording_is_the_law_of_what_the_encoders_saw_and_the_noise():
     """In the flight as in the scene: nothing is drawn anew at the hand-over, nor shifted by a sample."""
-    quick = {"hold_duration": 0.4, "lift_duration": 0.4, "retreat_duration": 0.4}
+    quick = {"hold_duration": 0.4, "pull_duration": 0.4, "slide_duration": 0.4, "retreat_duration": 1.0}
     scenario = Scenario.from_dict({"noise": TYPICAL.model_dump(), "motion": quick})
     noisy, seed = CastSimulator(scenario), 11
     recording = noisy.record(CAST, tuple(noisy.simulate(CAST, noise_seed=seed).landing), noise_seed=seed)
     assert recording.outcome.is_caught
     controller = CastController(scenario)
     context = controller.CreateDefaultContext()
-    controller.set_cast(context, executed_cast(scenario.noise, CAST, seed))
+    along, _ = to_casting_plane(np.array(recording.cup), CAST.bearing)
+    controller.set_cast(context, executed_cast(scenario.noise, CAST, seed), cup_radius=along)
     resolution = encoder_resolution(noisy._flight.plant, TYPICAL.encoder_counts)
     unit = np.concatenate([resolution, resolution / PERIOD])
     n_q = recording.states.shape[1] // 2

@@ -13,8 +13,9 @@ from wam_cast.cast import Cast
 from wam_cast.errors import InputError
 from wam_cast.scenario import Scenario
 from wam_cast.system.motion import CastMotion, Stage
-from wam_cast.system.outcome import BallTrack, Outcome, Status, find_crossing
-from wam_cast.system.simulation import CastSimulator, simulate_cast
+from wam_cast.system.outcome import SLACK_MARGIN, BallTrack, Outcome, Status, find_crossing
+from wam_cast.system.simulate import simulate_cast
+from wam_cast.system.simulation import CastSimulator
 from wam_cast.system.station import CastStation
 
 CASTS = [
@@ -84,7 +85,7 @@ def land_error_controlled(cast, accuracy):
     context = integrated.get_mutable_context()
     station.set_start(context, cast)
     position, velocity = (station.diagram.GetOutputPort(f"ball_{name}") for name in ("position", "velocity"))
-    drop_begins = float(CastMotion(reference.motion, cast).stage_ends[1])
+    drop_begins = float(CastMotion(reference, cast).stage_ends[2])
     integrated.AdvanceTo(drop_begins)
     samples = []
     while not samples or samples[-1][1][2] > reference.cup.rim_height:
@@ -160,10 +161,11 @@ def test_bearing_turns_the_landing_about_the_base_axis(simulator, free, bearing)
     straight = free[TYPICAL]
     turned = simulator.simulate(dataclasses.replace(TYPICAL, bearing=bearing))
     c, s = np.cos(bearing), np.sin(bearing)
-    np.testing.assert_allclose(turned.landing, np.array([[c, -s], [s, c]]) @ straight.landing, atol=1e-6)
-    assert turned.landing_along == pytest.approx(straight.landing_along, abs=1e-6)
-    assert turned.landing_across == pytest.approx(straight.landing_across, abs=1e-6)
-    assert turned.crossing_time == pytest.approx(straight.crossing_time, abs=1e-9)
+    # What swing the turn left is in the landing: up to 0.2 mm of it, see test_turn.
+    np.testing.assert_allclose(turned.landing, np.array([[c, -s], [s, c]]) @ straight.landing, atol=4e-4)
+    assert turned.landing_along == pytest.approx(straight.landing_along, abs=3e-4)
+    assert turned.landing_across == pytest.approx(straight.landing_across, abs=3e-4)
+    assert turned.crossing_time == pytest.approx(straight.crossing_time, abs=2e-4)
 
 
 def test_opposite_bearings_mirror_each_other(simulator):
@@ -243,6 +245,7 @@ def test_ball_that_never_comes_down_never_crosses():
         assert outcome.status is Status.NEVER_CROSSED
         assert np.isnan(outcome.landing).all()
         assert np.isnan([outcome.crossing_time, outcome.entry_angle, outcome.landing_along]).all()
+        assert np.isnan(outcome.slack)
         assert not outcome.is_slack
     recording = high.record(TYPICAL, (0.4, 0.0))
     assert recording.times[-1] == pytest.approx(high.record(TYPICAL, (0.4, 0.0)).times[-1])
@@ -276,6 +279,30 @@ def test_fast_drop_leaves_the_string_slack_and_a_slow_one_does_not(free):
     slow = CastSimulator(scenario(motion={"drop_duration": 2.0})).simulate(TYPICAL)
     assert slow.status is Status.LANDED
     assert not slow.is_slack
+    assert slow.slack <= SLACK_MARGIN * Scenario().string.length
+
+
+@pytest.mark.parametrize("cast", CASTS, ids=str)
+def test_slack_is_the_least_from_the_landing_until_the_ball_is_below_the_rim(simulator, free, cast):
+    outcome, recording = free[cast], simulator.record(cast)
+    length, rim = Scenario().string.length, Scenario().cup.rim_height
+    slack = length - np.linalg.norm(recording.p_WL - recording.p_WE, axis=1)
+    crossing_time = outcome.crossing_time + CastMotion(Scenario(), cast).stage_ends[0]  # the turn comes first
+    at_landing = np.interp(crossing_time, recording.times, slack)
+    assert 0 < outcome.slack <= at_landing + 1e-5  # between samples 2 ms apart
+    is_entering = recording.times >= crossing_time
+    is_entering &= recording.p_WL[:, 2] > rim - Scenario().ball.radius
+    assert is_entering.sum() >= 3
+    assert outcome.slack == pytest.approx(min(at_landing, slack[is_entering].min()), abs=1e-5)
+
+
+@pytest.mark.parametrize("cast", CASTS, ids=str)
+def test_a_cup_changes_nothing_that_is_told_of_the_flight(simulator, free, cast):
+    for miss in (0.0, 0.025):
+        radius = np.linalg.norm(free[cast].landing)
+        outcome = simulator.simulate(cast, tuple(free[cast].landing * (1 + miss / radius)))
+        for name in ("landing", "crossing_time", "entry_velocity", "entry_angle", "is_slack", "slack"):
+            np.testing.assert_array_equal(getattr(outcome, name), getattr(free[cast], name), err_msg=name)
 
 
 def test_too_fast_a_drop_hits_limits_that_are_named():
@@ -342,7 +369,7 @@ def test_recordings_outcome_is_that_of_the_simulation(simulator, free, caught):
 
 
 def test_recording_has_a_sample_a_period_to_the_end_of_the_return(caught):
-    ends = CastMotion(Scenario().motion, CASTS[3]).stage_ends
+    ends = CastMotion(Scenario(), CASTS[3], cup_radius=float(np.hypot(*caught.cup))).stage_ends
     n = len(caught.times)
     np.testing.assert_allclose(caught.times, 0.002 * np.arange(n), atol=1e-9)
     assert caught.times[-1] == pytest.approx(ends[-1], abs=0.002 + 1e-9)
@@ -350,7 +377,7 @@ def test_recording_has_a_sample_a_period_to_the_end_of_the_return(caught):
     assert set(shapes.values()) == {(n, 3)}
     assert caught.states.shape == (n, 2 * (7 + 2 * 10))
     assert caught.torques.shape == (n, 7)
-    np.testing.assert_array_equal(caught.stages, np.searchsorted(ends[:4], caught.times, side="right"))
+    np.testing.assert_array_equal(caught.stages, np.searchsorted(ends[:5], caught.times, side="right"))
 
 
 def test_recording_is_continuous_across_the_hand_over(caught):
@@ -358,13 +385,15 @@ def test_recording_is_continuous_across_the_hand_over(caught):
     mean = (caught.v_WL[1:] + caught.v_WL[:-1]) / 2
     # A contact may turn the velocity within a sample, by twice the ball's speed of some 3 m/s at most.
     assert np.linalg.norm(by_difference - mean, axis=1).max() < 3.0
-    before = caught.times[1:] < caught.outcome.crossing_time - 0.002
+    turn_end = CastMotion(Scenario(), CASTS[3]).stage_ends[Stage.TURN]
+    before = caught.times[1:] < turn_end + caught.outcome.crossing_time - 0.002
     assert np.linalg.norm(by_difference - mean, axis=1)[before].max() < 0.02
 
 
 def test_hand_follows_its_reference_through_the_whole_recording(caught):
     assert np.linalg.norm(caught.p_WE - caught.p_WE_desired, axis=1).max() < 0.02
-    assert np.linalg.norm(caught.p_WE[-1] - caught.p_WE[0]) < 2e-3
+    home = 0.2 * np.array([np.cos(0.8), np.sin(0.8), 0]) + [0, 0, 0.8]
+    assert np.linalg.norm(caught.p_WE[-1] - home) < 2e-3
 
 
 def test_string_keeps_its_length_through_the_whole_recording(caught):

@@ -93,7 +93,7 @@ def test_ports_mean_what_they_say(flight):
             hand.EvalPoseInWorld(plant_context).translation(),
             hand.EvalSpatialVelocityInWorld(plant_context).translational(),
         ],
-        "hand_desired": np.concatenate(CastMotion(Scenario().motion, CAST).evaluate(0.31)),
+        "hand_desired": np.concatenate(CastMotion(Scenario(), CAST).evaluate(0.31)),
         "stage": [0],
     }
     for name, value in expected.items():
@@ -167,7 +167,8 @@ def test_logs_have_a_sample_a_period(flight):
 
 @pytest.mark.parametrize("bearing", [0.0, 0.4, -1.3])
 def test_start_puts_the_hand_and_the_ball_where_the_scenario_says(flight, bearing):
-    simulator = started(flight, Cast(0.3, 0.6, 0.1, bearing))
+    simulator = Simulator(flight.diagram)
+    flight.set_start(simulator.get_mutable_context(), CAST, start_bearing=bearing)
     p_WE = np.array([0.20 * np.cos(bearing), 0.20 * np.sin(bearing), 0.80])
     np.testing.assert_allclose(read(flight, simulator, "hand"), [*p_WE, 0, 0, 0], atol=1e-12)
     np.testing.assert_allclose(read(flight, simulator, "ball_position"), p_WE - [0, 0, 0.6], atol=1e-12)

@@ -17,12 +17,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import wam_cast as wc
-from wam_cast.cli import experiment, models, output
+from wam_cast.cli import experiment, floor_map, models, output
 from wam_cast.cli.output import err, out, print_json, progress
 from wam_cast.errors import InputError
 from wam_cast.files import check_writable
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from wam_cast.planning.plan import Plan
     from wam_cast.system.outcome import Outcome
 
@@ -62,6 +64,9 @@ ModelOption = Annotated[
         metavar="FILE",
         help="What `wam-cast fit` wrote; its scenario holds unless --scenario names one. Without it, the scenario's own.",
     ),
+]
+WorkersOption = Annotated[
+    int | None, typer.Option("--workers", min=1, help="Processes; one per processor without it.")
 ]
 TrainOption = Annotated[bool, typer.Option("--train", help="Make the scenario's model first if it has none.")]
 
@@ -105,22 +110,27 @@ def throw(
     ] = 0,
     as_json: JsonOption = False,
 ) -> None:
-    """Plan a cast for each cup, execute it in simulation, and report what became of the ball."""
+    """Plan a cast for each cup, execute them after each other in simulation, and report what became of the ball.
+
+    Between two cups the arm lifts the ball out of the first, lets it hang at rest and turns to the second.
+    """
     cups = [_parse_cup(text) for text in cup]
     _check_outputs(len(cups), replay, picture)
     setting, forward = models.scenario_and_model(scenario, model, train)
-    plans, outcomes = _plans(forward, cups, planner, solver), []
-    with progress("casting", len(plans)) as advance:
-        for done, one in enumerate(plans):
-            if replay or picture:
-                outcomes.append(_record(setting, one, seed + done, replay, picture))
-            else:
-                outcomes.append(wc.simulate_cast(setting, one.cast, one.cup, noise_seed=seed + done))
-            advance(done + 1)
-    if as_json:
-        print_json([output.throw_record(*pair) for pair in zip(plans, outcomes, strict=True)])
-    else:
-        output.print_throws(plans, outcomes)
+    plans = _plans(forward, cups, planner, solver)
+    outcomes: list[Outcome] = []
+    try:
+        with progress("casting", len(plans)) as advance:
+
+            def note(outcome: Outcome) -> None:
+                outcomes.append(outcome)
+                advance(len(outcomes))
+
+            _execute(setting, plans, seed, replay, picture, note)
+    finally:
+        # What was finished is told even if the rest is interrupted.
+        if outcomes:
+            output.print_throws(plans, outcomes, as_json)
     if not all(outcome.is_caught for outcome in outcomes):
         raise typer.Exit(1)
 
@@ -155,9 +165,7 @@ def generate(
         int, typer.Option(min=0, help="Draws the casts: row i of a seed is the same for ever.")
     ] = 0,
     scenario: ScenarioOption = None,
-    workers: Annotated[
-        int | None, typer.Option(min=1, help="Processes; one per processor without it.")
-    ] = None,
+    workers: WorkersOption = None,
     scheduler: Annotated[
         str | None,
         typer.Option(metavar="ADDRESS", help="Of a Dask scheduler whose workers simulate instead."),
@@ -219,6 +227,43 @@ def reproduce(
         print_json([{"directory": str(directory), **findings.summary()}])
     else:
         output.print_findings(findings, directory)
+
+
+@app.command("map")
+def map_(
+    picture: Annotated[
+        Path, typer.Option("--out", metavar="FILE.png", help="Where the figure goes (also .pdf, .svg).")
+    ],
+    radii: Annotated[int, typer.Option(min=2, help="How many distances from the base axis.")] = 12,
+    bearings: Annotated[int, typer.Option(min=2, help="How many cups at each of them.")] = 9,
+    casts: Annotated[
+        int, typer.Option(min=1, help="How many for each cup. Without noise all would be alike: one is cast.")
+    ] = 1,
+    scenario: ScenarioOption = None,
+    model: ModelOption = None,
+    planner: PlannerOption = Planner.program,
+    solver: SolverOption = None,
+    train: TrainOption = False,
+    seed: Annotated[int, typer.Option(min=0, help="Draws the scenario's noise.")] = 0,
+    workers: WorkersOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Plan and execute casts for cups all over the reachable floor, and draw it as a map.
+
+    The work is done when the map is drawn: the exit code is 0 whatever became of the balls.
+    """
+    from wam_cast.evaluation.floor_map import MapSize
+
+    floor_map.check_picture(picture)
+    _, forward = models.scenario_and_model(scenario, model, train)
+    size = MapSize(radii, bearings, casts)
+    floor = floor_map.make_map(
+        forward, size, picture, planner.value, None if solver is None else solver.value, seed, workers
+    )
+    if as_json:
+        print_json([{"picture": str(picture), **floor.model_dump()}])
+    else:
+        output.print_map(floor, picture)
 
 
 @app.command()
@@ -299,10 +344,10 @@ def _check_outputs(n_cups: int, replay: Path | None, picture: Path | None) -> No
     """Refuse, before any work is done, what `throw` could not write after it."""
     from wam_cast.evaluation.output import picture_format
 
-    for option, path in (("--replay", replay), ("--picture", picture)):
+    if picture is not None and n_cups > 1:
+        raise InputError(f"--picture shows one cast: give one --cup, not {n_cups}")
+    for path in (replay, picture):
         if path is not None:
-            if n_cups > 1:
-                raise InputError(f"{option} shows one cast: give one --cup, not {n_cups}")
             check_writable(path)
     if replay is not None and replay.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"--replay {replay} is a web page: choose a name that ends in .html")
@@ -310,21 +355,32 @@ def _check_outputs(n_cups: int, replay: Path | None, picture: Path | None) -> No
         picture_format(picture)
 
 
-def _record(
-    scenario: wc.Scenario, plan: Plan, noise_seed: int, replay: Path | None, picture: Path | None
-) -> Outcome:
-    """Execute a plan to the end of the return and write what was asked for."""
-    from wam_cast.evaluation.filmstrip import write_picture
-    from wam_cast.evaluation.replay import write_replay
-
-    recording = wc.CastSimulator(scenario).record(plan.cast, plan.cup, noise_seed=noise_seed)
+def _execute(
+    scenario: wc.Scenario,
+    plans: list[Plan],
+    seed: int,
+    replay: Path | None,
+    picture: Path | None,
+    on_outcome: Callable[[Outcome], None],
+) -> None:
+    """Execute plans after each other; if it is to be shown, to the end of the last return, and write what was asked for."""
+    if replay is None and picture is None:
+        casts, cups = [plan.cast for plan in plans], [plan.cup for plan in plans]
+        wc.simulate_casts(scenario, casts, cups, noise_seed=seed, on_outcome=on_outcome)
+        return
+    throws = [wc.Throw(plan.cast, plan.cup) for plan in plans]
+    simulator = wc.CastSimulator(scenario)
+    recordings = simulator.record_sequence(throws, noise_seed=seed, on_outcome=on_outcome)
     if replay is not None:
-        write_replay(recording, replay, plan.predicted_landing)
+        from wam_cast.evaluation.replay import write_replay
+
+        write_replay(recordings, replay, [plan.predicted_landing for plan in plans])
         err.print(f"replay: {replay}")
     if picture is not None:
-        write_picture(recording, picture, plan.predicted_landing)
+        from wam_cast.evaluation.filmstrip import write_picture
+
+        write_picture(recordings[0], picture, plans[0].predicted_landing)
         err.print(f"picture: {picture}")
-    return recording.outcome
 
 
 def _show(scenario: wc.Scenario, as_json: bool) -> None:

@@ -32,9 +32,9 @@ def scenario_and_model(
     if model_path is not None:
         model = wc.ForwardModel.load(model_path, None if path is None else load_scenario(path))
         return model.scenario, model
-    scenario = load_scenario(path)
-    if path is None or scenario.fingerprint == wc.Scenario().fingerprint:
-        return scenario, wc.reference_model()
+    scenario, reference = load_scenario(path), wc.reference_model()
+    if path is None or reference.serves(scenario):
+        return scenario, reference.bound_to(scenario)
     own = path.with_name(f"{path.stem}-{scenario.fingerprint[:8]}.model")
     casts = own.with_suffix(".casts")
     if own.exists():

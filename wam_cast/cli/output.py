@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from wam_cast.evaluation.experiment.findings import Findings
+    from wam_cast.evaluation.floor_map import FloorMap, Scatter
     from wam_cast.learning.forward_model import ForwardModel
     from wam_cast.planning.plan import Plan
     from wam_cast.system.outcome import Outcome
@@ -77,7 +78,13 @@ def plan_record(plan: Plan) -> Record:
         "cast": asdict(plan.cast),
         "predicted_landing": plan.predicted_landing.tolist(),
         "predicted_miss": plan.predicted_miss,
+        "predicted_spread": list(plan.predicted_spread),
         "predicted_entry_angle": plan.predicted_entry_angle,
+        "predicted_entry_speed": plan.predicted_entry_speed,
+        "predicted_slack": plan.predicted_slack,
+        "predicted_peak_load": plan.predicted_peak_load,
+        "predicted_peak_speed": plan.predicted_peak_speed,
+        "clear_entry_probability": plan.clear_entry_probability,
         "is_feasible": plan.is_feasible,
         "planner": plan.method,
         "n_evaluations": plan.n_evaluations,
@@ -97,14 +104,19 @@ def throw_record(plan: Plan, outcome: Outcome) -> Record:
         "entry_angle": outcome.entry_angle,
         "entry_speed": outcome.entry_speed,
         "is_slack": outcome.is_slack,
+        "slack": outcome.slack,
         "peak_load": float(np.max(outcome.peak_load)),
         "peak_speed": float(np.max(outcome.peak_speed)),
         "limits_hit": list(outcome.limits_hit),
+        "return_faults": list(outcome.return_faults),
     }
 
 
-def print_json(records: Sequence[Record]) -> None:
-    """Print one object, or a list of several; what is not a number becomes null, which JSON has a word for."""
+def print_json(records: Sequence[Record], *, is_list: bool | None = None) -> None:
+    """Print one object, or a list of several; what is not a number becomes null, which JSON has a word for.
+
+    `is_list` says which it is to be whatever their number.
+    """
 
     def clean(value: Any) -> Any:
         if isinstance(value, dict):
@@ -113,13 +125,24 @@ def print_json(records: Sequence[Record]) -> None:
             return [clean(item) for item in value]
         return None if isinstance(value, float) and not math.isfinite(value) else value
 
-    print(json.dumps(clean(records[0] if len(records) == 1 else records), indent=2), flush=True)
+    if is_list is None:
+        is_list = len(records) != 1
+    print(json.dumps(clean(list(records) if is_list else records[0]), indent=2), flush=True)
 
 
-def print_throws(plans: Sequence[Plan], outcomes: Sequence[Outcome]) -> None:
+def print_throws(plans: Sequence[Plan], outcomes: Sequence[Outcome], as_json: bool) -> None:
+    """Print what became of the plans that were executed, the first ones: JSON, or a table."""
+    executed = list(zip(plans, outcomes, strict=False))
+    if as_json:
+        print_json([throw_record(*pair) for pair in executed], is_list=len(plans) > 1)
+    else:
+        _print_throw_table(executed)
+
+
+def _print_throw_table(executed: Sequence[tuple[Plan, Outcome]]) -> None:
     """Print a row for each cup, and below it what a row has no room for."""
     table = _table("cup\n[m]", "predicted\n[m]", "executed\n[m]", "miss\n[mm]", "status")
-    for plan, outcome in zip(plans, outcomes, strict=True):
+    for plan, outcome in executed:
         landing, miss = _position(outcome.landing), f"{1e3 * outcome.miss:.1f}"
         if not math.isfinite(outcome.miss):
             landing = miss = "-"
@@ -127,12 +150,14 @@ def print_throws(plans: Sequence[Plan], outcomes: Sequence[Outcome]) -> None:
             _position(plan.cup), _position(plan.predicted_landing), landing, miss, outcome.status.value
         )
     out.print(table)
-    for plan, outcome in zip(plans, outcomes, strict=True):
+    for plan, outcome in executed:
         _print_infeasible(plan)
         if outcome.limits_hit:
             out.print(
                 f"cup {_position(plan.cup)}: the arm meets the limit of {', '.join(outcome.limits_hit)}"
             )
+        if outcome.return_faults:
+            out.print(f"cup {_position(plan.cup)}: on the way home, {', '.join(outcome.return_faults)}")
 
 
 def print_plans(plans: Sequence[Plan]) -> None:
@@ -216,6 +241,49 @@ def print_findings(findings: Findings, directory: Path) -> None:
     )
     out.print(table)
     out.print(f"report: {directory / 'report.html'}")
+
+
+def print_map(floor: FloorMap, picture: Path) -> None:
+    """Print a row for each distance from the base axis: what was predicted, what was executed, and how often it succeeded."""
+    table = _table(
+        "cup\n\n[m]",
+        "predicted\nalong\n[mm]",
+        "executed\nalong\n[mm]",
+        "executed\nlateral\n[mm]",
+        "clear\n\n[%]",
+        "caught",
+        "interval\n\n[%]",
+    )
+    for ring in floor.rings:
+        low, high = ring.hit_interval
+        table.add_row(
+            f"{ring.radius:.3f}",
+            _offset(ring.predicted_along, ring.predicted_spread[0]),
+            _scatter(ring.along),
+            _scatter(ring.lateral),
+            f"{100 * ring.clear_entry_probability:.1f}",
+            f"{ring.n_caught}/{ring.n_casts}",
+            f"{100 * low:.0f}-{100 * high:.0f}",
+        )
+    out.print(table)
+    out.print(
+        "cup: its distance from the base axis; along: outward from its axis, lateral: to the left of it;"
+    )
+    out.print("in brackets: standard deviation; clear: probability of entering without touching the rim")
+    for ring in floor.rings:
+        if not ring.is_feasible:
+            out.print(f"cup {ring.radius:.3f}: no cast is predicted to land in it")
+    out.print(f"{floor.n_caught} of {floor.n_casts} caught; the map is in {picture}")
+
+
+def _scatter(scatter: Scatter) -> str:
+    if scatter.mean is None or scatter.std is None:
+        return "-"
+    return _offset(scatter.mean, scatter.std)
+
+
+def _offset(mean: float, std: float) -> str:
+    return f"{round(1e3 * mean, 1) + 0:.1f} ({1e3 * std:.1f})"
 
 
 def _table(*headings: str) -> Table:

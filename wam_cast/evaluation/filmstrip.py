@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 
 from wam_cast.evaluation.camera import Camera, view_rotation
 from wam_cast.evaluation.output import picture_format, write_figure
-from wam_cast.evaluation.recorded import describe, finite_part, points_to_show, stage_pieces
+from wam_cast.evaluation.recorded import describe, finite_part, points_to_show, stage_pieces, without_turn
 from wam_cast.evaluation.scene import CastScene, make_renderer
 from wam_cast.evaluation.side_view import draw_side_view
 from wam_cast.evaluation.style import INK, STAGE_COLORS, stage_name
 from wam_cast.system.motion import Stage
-from wam_cast.system.simulation import CastRecording
+from wam_cast.system.recording import CastRecording
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -119,7 +119,7 @@ def draw_frame(axes: Axes, frame: Frame, recording: CastRecording, number: int) 
 
 
 def draw_film_strip(recording: CastRecording, predicted_landing: Array | None = None) -> Figure:
-    """Draw a recorded cast: its stages rendered, and the paths of ball and hand in the casting plane.
+    """Draw a recorded cast from the end of its turn on: its stages rendered, and the paths of ball and hand in the casting plane.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ def draw_film_strip(recording: CastRecording, predicted_landing: Array | None = 
     predicted_landing
         World (x, y) [m] where a forward model said that the ball would land, to be marked; or none.
     """
-    recording = finite_part(recording)
+    recording = without_turn(finite_part(recording))
     frames = render_frames(recording, choose_moments(recording))
     figure = Figure(figsize=(15.0, 8.6), layout="constrained", facecolor="white")
     n_columns = math.ceil(len(frames) / 2)

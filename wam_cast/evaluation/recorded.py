@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,9 @@ from wam_cast.evaluation.style import status_name
 from wam_cast.system.motion import Stage
 
 if TYPE_CHECKING:
-    from wam_cast.system.simulation import CastRecording
+    from collections.abc import Sequence
+
+    from wam_cast.system.recording import CastRecording
 
 Array = NDArray[np.float64]
 
@@ -21,13 +23,41 @@ CEILING_RADIUS, CEILING_THICKNESS = 0.18, 0.02
 """Of the round patch of ceiling from which the arm hangs in pictures [m]."""
 
 
+SAMPLED = ("times", "states", "torques", "p_WL", "v_WL", "p_WE", "p_WE_desired", "stages")
+"""What of a recording has a value for each sample."""
+
+
 def finite_part(recording: CastRecording) -> CastRecording:
     """Return the recording up to its last sample before a state or the ball is no longer finite: all, unless it diverged."""
     values = np.hstack([recording.states, recording.p_WL, recording.p_WE])
     broken = np.flatnonzero(~np.isfinite(values).all(axis=1))
     n = int(broken[0]) if len(broken) else len(values)
-    sampled = ("times", "states", "torques", "p_WL", "v_WL", "p_WE", "p_WE_desired", "stages")
-    return replace(recording, **{name: getattr(recording, name)[:n] for name in sampled})
+    return _samples(recording, slice(n))
+
+
+def without_turn(recording: CastRecording) -> CastRecording:
+    """Return the recording from the end of the turn on, with times [s] from there, as `Outcome.crossing_time` has them."""
+    turning = int(np.sum(recording.stages == Stage.TURN))
+    return _samples(recording, slice(min(turning, len(recording.times) - 1), None))
+
+
+def join(recordings: Sequence[CastRecording]) -> CastRecording:
+    """Return recordings that follow each other as one, with times [s] from the first one's start; the rest is the first one's."""
+    joined = recordings[0]
+    for later in recordings[1:]:
+        later = replace(later, times=later.times + joined.times[-1])
+        # Its first sample is the last one of the recording before it.
+        parts: dict[str, Any] = {
+            name: np.concatenate([getattr(joined, name), getattr(later, name)[1:]]) for name in SAMPLED
+        }
+        joined = replace(joined, **parts)
+    return joined
+
+
+def _samples(recording: CastRecording, which: slice) -> CastRecording:
+    """Return some samples of the recording, with times from the first of them on."""
+    recording = replace(recording, **{name: getattr(recording, name)[which] for name in SAMPLED})
+    return replace(recording, times=recording.times - recording.times[0])
 
 
 def stage_pieces(stages: NDArray[np.int_]) -> list[tuple[Stage, slice]]:
@@ -53,7 +83,17 @@ def points_to_show(recording: CastRecording) -> Array:
 
 def describe(recording: CastRecording, predicted_landing: Array | None = None) -> str:
     """Return two lines: what became of the cast, and what was cast."""
-    cast, outcome, cup = recording.cast, recording.outcome, recording.cup
+    cast = recording.cast
+    return (
+        f"{what_became(recording, predicted_landing)}\n"
+        f"distance {cast.distance:.3f} m, speed {cast.speed:.3f} m/s, wait {cast.wait:.3f} s, "
+        f"bearing {math.degrees(cast.bearing):.1f}°"
+    )
+
+
+def what_became(recording: CastRecording, predicted_landing: Array | None = None) -> str:
+    """Return a line on the cup and what became of the ball."""
+    outcome, cup = recording.outcome, recording.cup
     facts = [status_name(outcome.status)]
     if cup is not None:
         facts.insert(0, f"cup at ({cup[0]:.3f}, {cup[1]:.3f}) m")
@@ -61,11 +101,7 @@ def describe(recording: CastRecording, predicted_landing: Array | None = None) -
             facts.append(f"predicted miss {1000 * math.dist(predicted_landing, cup):.1f} mm")
         if math.isfinite(outcome.miss):
             facts.append(f"miss {1000 * outcome.miss:.1f} mm")
-    return (
-        f"{', '.join(facts).capitalize()}\n"
-        f"distance {cast.distance:.3f} m, speed {cast.speed:.3f} m/s, wait {cast.wait:.3f} s, "
-        f"bearing {math.degrees(cast.bearing):.1f}°"
-    )
+    return ", ".join(facts).capitalize()
 
 
 def _box(middle: Array, radius: float, half_height: float) -> Array:

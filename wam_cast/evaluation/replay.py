@@ -1,10 +1,12 @@
-"""A cast as a web page: one file that replays it in any browser, by double click and without a network."""
+"""Casts as a web page: one file that replays them in any browser, by double click and without a network."""
 
 from __future__ import annotations
 
+import cmath
 import html
 import logging
 import math
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -14,11 +16,18 @@ from numpy.typing import NDArray
 from pydrake.geometry import Meshcat, MeshcatAnimation, MeshcatParams, Rgba
 
 from wam_cast.evaluation.camera import Camera, view_rotation
-from wam_cast.evaluation.recorded import describe, finite_part, points_to_show, stage_pieces
+from wam_cast.evaluation.recorded import (
+    describe,
+    finite_part,
+    join,
+    points_to_show,
+    stage_pieces,
+    what_became,
+)
 from wam_cast.evaluation.scene import CastScene
 from wam_cast.evaluation.style import INK, PAPER, STAGE_COLORS, css_color, stage_name
 from wam_cast.files import write_file
-from wam_cast.system.simulation import CastRecording
+from wam_cast.system.recording import CastRecording
 
 Array = NDArray[np.float64]
 
@@ -34,51 +43,67 @@ FIELD_OF_VIEW = math.radians(30)
 BALL_PATH_RADIUS, HAND_PATH_RADIUS = 0.003, 0.002
 """Of the tubes that show the paths [m]: browsers draw lines one pixel wide."""
 
-N_SIDES, N_RINGS = 5, 3
+N_SIDES, N_RINGS = 4, 3
 """Of each piece of a tube."""
 
 REST_AT_END = 0.75
 """How long the last frame stays before the replay starts again [s]."""
 
 
-def write_replay(recording: CastRecording, path: str | Path, predicted_landing: Array | None = None) -> None:
-    """Write a web page to `path` that replays a recorded cast in real time, over and over, and lets its reader look around.
+def write_replay(
+    recordings: CastRecording | Sequence[CastRecording],
+    path: str | Path,
+    predicted_landings: Sequence[Array | None] | None = None,
+) -> None:
+    """Write a web page to `path` that replays recorded casts in real time, over and over, and lets its reader look around.
 
-    The paths of ball and hand grow with the cast, coloured by stage.
+    The paths of ball and hand grow with each cast, coloured by stage, and go when the next one begins.
 
     Parameters
     ----------
-    recording
-        What to show.
+    recordings
+        What to show: one cast, or several that followed each other.
     path
         Of the page.
-    predicted_landing
-        World (x, y) [m] where a forward model said that the ball would land, for the caption; or none.
+    predicted_landings
+        World (x, y) [m] where a forward model said that each ball would land, for the caption; or none.
 
     Raises
     ------
     InputError
         If the file cannot be written; then nothing is.
     """
-    recording = finite_part(recording)
-    page = _with_caption(open_replay(recording).StaticHtml(), recording, predicted_landing)
+    casts = _casts(recordings)
+    landings = [None] * len(casts) if predicted_landings is None else predicted_landings
+    page = _with_caption(open_replay(casts).StaticHtml(), casts, landings)
     write_file(path, page.encode())
 
 
-def open_replay(recording: CastRecording) -> Any:
-    """Return a Meshcat whose page, at its `web_url()`, replays a recorded cast for as long as it is kept."""
-    recording = finite_part(recording)
+def open_replay(recordings: CastRecording | Sequence[CastRecording]) -> Any:
+    """Return a Meshcat whose page, at its `web_url()`, replays recorded casts for as long as it is kept."""
+    casts = _casts(recordings)
     meshcat = _quiet_meshcat()
     _dress(meshcat)
-    _place_camera(meshcat, recording)
-    animation = _record_bodies(meshcat, recording)
+    _place_camera(meshcat, casts)
+    animation = _record_bodies(meshcat, casts)
+    joined = join(casts)
     for name, p_WQ, radius in (
-        ("ball", recording.p_WL, BALL_PATH_RADIUS),
-        ("hand", recording.p_WE, HAND_PATH_RADIUS),
+        ("ball", joined.p_WL, BALL_PATH_RADIUS),
+        ("hand", joined.p_WE, HAND_PATH_RADIUS),
     ):
-        _record_path(meshcat, animation, name, p_WQ, recording, radius)
+        _record_path(meshcat, animation, name, p_WQ, casts, radius)
     meshcat.SetAnimation(animation)
     return meshcat
+
+
+def _casts(recordings: CastRecording | Sequence[CastRecording]) -> list[CastRecording]:
+    several = [recordings] if isinstance(recordings, CastRecording) else recordings
+    return [finite_part(recording) for recording in several]
+
+
+def cast_ends(casts: Sequence[CastRecording]) -> Array:
+    """Return when each cast ends [s], from the start of the first one, shape (n,)."""
+    return np.cumsum([recording.times[-1] for recording in casts])
 
 
 def frame_samples(times: Array) -> NDArray[np.int_]:
@@ -136,9 +161,10 @@ def _dress(meshcat: Any) -> None:
     meshcat.SetProperty("/Background", "bottom_color", list(PAPER))
 
 
-def _place_camera(meshcat: Any, recording: CastRecording) -> None:
-    R_WV = view_rotation(recording.cast.bearing, TURN, ELEVATION)
-    points = points_to_show(recording)
+def _place_camera(meshcat: Any, casts: Sequence[CastRecording]) -> None:
+    toward = sum(complex(math.cos(one.cast.bearing), math.sin(one.cast.bearing)) for one in casts)
+    R_WV = view_rotation(cmath.phase(toward), TURN, ELEVATION)
+    points = np.vstack([points_to_show(one) for one in casts])
     camera = Camera.framing(points, R_WV, (1000, 1000), FIELD_OF_VIEW)
     ahead = R_WV[:, 2]
     depth = float(np.mean((points - camera.p_WV) @ ahead))
@@ -146,15 +172,18 @@ def _place_camera(meshcat: Any, recording: CastRecording) -> None:
     meshcat.SetCameraPose(camera.p_WV, camera.p_WV + depth * ahead)
 
 
-def _record_bodies(meshcat: Any, recording: CastRecording) -> Any:
+def _record_bodies(meshcat: Any, casts: Sequence[CastRecording]) -> Any:
     """Show the scene at its start and return an animation of its bodies."""
-    scene = CastScene(recording.scenario, recording.cup, meshcat=meshcat, frame_rate=FRAME_RATE)
-    scene.set_state(0.0, recording.states[0])
+    joined, ends = join(casts), cast_ends(casts)
+    scene = CastScene(joined.scenario, joined.cup, meshcat=meshcat, frame_rate=FRAME_RATE)
+    scene.set_state(0.0, joined.states[0])
     scene.publish()
     animation = scene.visualizer.StartRecording(False)
-    samples = frame_samples(recording.times)
+    samples = frame_samples(joined.times)
     for frame, sample in [*enumerate(samples), (last_frame(samples), samples[-1])]:
-        scene.set_state(frame / FRAME_RATE, recording.states[sample])
+        number = int(np.searchsorted(ends, joined.times[sample] - 1e-9))
+        scene.stand_cup(casts[number].cup)
+        scene.set_state(frame / FRAME_RATE, joined.states[sample])
         scene.publish()
     scene.visualizer.StopRecording()
     animation.set_loop_mode(MeshcatAnimation.LoopMode.kLoopRepeat)
@@ -163,13 +192,19 @@ def _record_bodies(meshcat: Any, recording: CastRecording) -> Any:
 
 
 def _record_path(
-    meshcat: Any, animation: Any, name: str, p_WQ: Array, recording: CastRecording, radius: float
+    meshcat: Any, animation: Any, name: str, p_WQ: Array, casts: Sequence[CastRecording], radius: float
 ) -> None:
-    """Add the path p_WQ [m], shape (n, 3), of one point to the scene, in pieces that appear with the frames that reach them."""
-    samples = frame_samples(recording.times)
+    """Add the path p_WQ [m], shape (n, 3), of one point to the scene, in pieces that appear with the frames that reach them.
+
+    A cast's pieces disappear with the first frame after its end, unless it is the last one.
+    """
+    joined, ends = join(casts), cast_ends(casts)
+    samples = frame_samples(joined.times)
+    last = last_frame(samples)
     for frame, (start, end) in enumerate(pairwise(samples), start=1):
         span = slice(start, end + 1)
-        for stage, piece in stage_pieces(recording.stages[span]):
+        number = int(np.searchsorted(ends, joined.times[end] - 1e-9))
+        for stage, piece in stage_pieces(joined.stages[span]):
             points = p_WQ[span][piece]
             if len(points) < 2 or np.max(np.ptp(points, axis=0)) < 1e-4:
                 continue
@@ -178,22 +213,35 @@ def _record_path(
             meshcat.SetTriangleMesh(path, *tube(points[few], radius), Rgba(*STAGE_COLORS[stage]))
             animation.SetProperty(0, path, "visible", False)
             animation.SetProperty(frame, path, "visible", True)
+            if number + 1 < len(casts):
+                animation.SetProperty(math.ceil(ends[number] * FRAME_RATE) + 1, path, "visible", False)
             # Each object repeats on its own, so all must end together.
-            animation.SetProperty(last_frame(samples), path, "visible", True)
+            animation.SetProperty(last, path, "visible", number + 1 == len(casts))
 
 
-def _with_caption(page: str, recording: CastRecording, predicted_landing: Array | None) -> str:
-    """Return Meshcat's `page` with a title, what became of the cast, and what the colours mean."""
-    headline, details = describe(recording, predicted_landing).split("\n")
-    stages = dict.fromkeys(stage for stage, _ in stage_pieces(recording.stages))
+def _with_caption(page: str, casts: Sequence[CastRecording], landings: Sequence[Array | None]) -> str:
+    """Return Meshcat's `page` with a title, what became of each cast, and what the colours mean."""
+    headline, *details = describe_all(casts, landings)
+    stages = dict.fromkeys(stage for one in casts for stage, _ in stage_pieces(one.stages))
     legend = " ".join(
         f'<span style="color:{css_color(STAGE_COLORS[stage])}">&#9632;</span> {stage_name(stage)}'
         for stage in stages
     )
+    lines = "<br>".join(html.escape(line) for line in details)
     caption = (
         f'<div style="position:fixed; left:16px; top:12px; max-width:18em; font:14px/1.5 sans-serif; color:{css_color(INK)}; '
-        f'pointer-events:none"><b>{html.escape(headline)}</b><br>{html.escape(details)}<br>{legend}</div>'
+        f'pointer-events:none"><b>{html.escape(headline)}</b><br>{lines}<br>{legend}</div>'
     )
     page = page.replace("<title>Drake MeshCat</title>", f"<title>{html.escape(headline)}</title>", 1)
     head, end, tail = page.rpartition("</body>")
     return head + caption + end + tail
+
+
+def describe_all(casts: Sequence[CastRecording], landings: Sequence[Array | None]) -> list[str]:
+    """Return the caption's lines: of one cast what `describe` says; of several how many were caught, and then each by number."""
+    if len(casts) == 1:
+        return describe(casts[0], landings[0]).split("\n")
+    n_caught = sum(one.outcome.is_caught for one in casts)
+    pairs = zip(casts, landings, strict=True)
+    lines = [f"{number}  {what_became(*pair)}" for number, pair in enumerate(pairs, start=1)]
+    return [f"{n_caught} of {len(casts)} cups in one go", *lines]

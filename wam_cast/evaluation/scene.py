@@ -93,7 +93,8 @@ class CastScene:
         self.diagram: Any = builder.Build()
         self.context: Any = self.diagram.CreateDefaultContext()
         self._plant_context = self.plant.GetMyMutableContextFromRoot(self.context)
-        self._stand_cup(cup, scenario.cup.rim_height)
+        self._rim_height = scenario.cup.rim_height
+        self.stand_cup(cup)
 
     def _add_ceiling(self, height: float) -> None:
         """Hang the arm from something that can be seen."""
@@ -103,8 +104,9 @@ class CastScene:
             self.plant.world_body(), X_WCeiling, patch, "ceiling", CEILING_COLOR
         )
 
-    def _stand_cup(self, cup: tuple[float, float] | None, rim_height: float) -> None:
-        p_WC = OUT_OF_SIGHT if cup is None else (*cup, rim_height)
+    def stand_cup(self, cup: tuple[float, float] | None) -> None:
+        """Put the cup's axis at world (x, y) [m], or hide it."""
+        p_WC = OUT_OF_SIGHT if cup is None else (*cup, self._rim_height)
         mount = self.plant.GetFrameByName("cup_mount")
         mount.SetPoseInParentFrame(self._plant_context, RigidTransform(p_WC))
 

@@ -14,7 +14,7 @@ from wam_cast.evaluation.style import INK, STAGE_COLORS, stage_name
 from wam_cast.system.cup_mesh import cup_profile
 from wam_cast.system.outcome import to_casting_plane
 from wam_cast.system.plant import BALL_COLOR, CUP_COLOR
-from wam_cast.system.simulation import CastRecording
+from wam_cast.system.recording import CastRecording
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -13,6 +13,7 @@ from wam_cast.system.outcome import Status
 Color = tuple[float, float, float]
 
 STAGE_COLORS: dict[Stage, Color] = {
+    Stage.TURN: (0.10, 0.10, 0.12),
     Stage.MOVE: (0.23, 0.06, 0.36),
     Stage.WAIT: (0.18, 0.36, 0.58),
     Stage.DROP: (0.05, 0.58, 0.51),

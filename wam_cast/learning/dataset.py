@@ -52,6 +52,7 @@ class CastDataset:
         - `landing_along`, `landing_across` [m]: where the ball crossed the rim plane
         - `status`: a value of `Status`, such as "landed"
         - `crossing_time` [s], `entry_speed` [m/s], `entry_angle` [rad], `is_slack`: how it crossed
+        - `slack` [m]: of the string, the least from the landing until the whole ball was below the rim plane
         - `peak_load`, `peak_speed`: the largest over the joints, as shares of their limits
         - `peak_tracking_error` [m]: of the hand
 
@@ -183,7 +184,7 @@ def generate_dataset(
 def simulate_row(scenario: Scenario, seed: int, row: int) -> Row:
     """Simulate one row of a dataset and return its columns; what workers run."""
     # Only who simulates needs Drake; loading a dataset does without.
-    from wam_cast.system.simulation import simulate_cast
+    from wam_cast.system.simulate import simulate_cast
 
     cast = sample_cast(scenario, seed, row)
     outcome = simulate_cast(scenario, cast, noise_seed=row_noise_seed(seed, row))
@@ -195,6 +196,7 @@ def simulate_row(scenario: Scenario, seed: int, row: int) -> Row:
         "entry_speed": outcome.entry_speed,
         "entry_angle": outcome.entry_angle,
         "is_slack": outcome.is_slack,
+        "slack": outcome.slack,
         "peak_load": float(np.max(outcome.peak_load)),
         "peak_speed": float(np.max(outcome.peak_speed)),
         "peak_tracking_error": outcome.peak_tracking_error,

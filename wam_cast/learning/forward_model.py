@@ -7,10 +7,11 @@ import json
 import tokenize
 import zipfile
 import zlib
+from copy import copy
 from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,8 +21,9 @@ from wam_cast.errors import InputError
 from wam_cast.files import write_file
 from wam_cast.learning.kernel_ridge import KernelRidge
 from wam_cast.learning.leave_one_out import tune_by_leave_one_out
-from wam_cast.learning.parts import Part, split_casts
+from wam_cast.learning.parts import OUTPUTS, Part, split_casts
 from wam_cast.learning.tuning import TuningResult
+from wam_cast.learning.uncertainty import ErrorFit, LandingUncertainty
 from wam_cast.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -29,7 +31,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-FORMAT = "wam_cast forward model 2"
+FORMAT = "wam_cast forward model 3"
 
 START_SIGMA = 0.5
 """Where the search for every parameter's sigma starts: half the width of the bounds."""
@@ -67,6 +69,19 @@ class Fit:
     test_rmse: float = float("nan")
 
 
+class Expansion(NamedTuple):
+    """A model about one cast, derivatives by `[distance, speed, wait]` in SI units."""
+
+    outputs: Array
+    """`OUTPUTS`, shape (7,)."""
+    gradient: Array
+    """Of the outputs, shape (7, 3)."""
+    std: float
+    """By how much the landing along the casting plane may be off for the model's own error, one standard deviation [m]."""
+    std_gradient: Array
+    """Its derivative, shape (3,)."""
+
+
 class ForwardModel:
     """Predicts the landing of casts of one scenario, in the casting plane.
 
@@ -76,30 +91,36 @@ class ForwardModel:
     ----------
     scenario
         Whose casts it predicts.
-    known_casts
-        The training casts `[distance, speed, wait]`, shape (n_train, 3).
+    known_casts, known_outputs
+        The training casts `[distance, speed, wait]`, shape (n_train, 3), and their `OUTPUTS`, shape (n_train, 7).
     reach
         The smallest and largest distance of a cup from the base axis that the model plans for [m].
     info
         A `Fit`: how it was made.
+    uncertainty
+        What the landing may be off by.
     """
 
     def __init__(
         self,
         scenario: Scenario,
-        known_casts: Array,
+        estimator: KernelRidge,
+        uncertainty: LandingUncertainty,
         known_outputs: Array,
         reach: tuple[float, float],
         info: Fit,
     ) -> None:
         self.scenario = scenario
-        self.known_casts = known_casts
+        self.known_casts: Array = estimator.X_fit_
+        self.known_outputs = known_outputs
         self.reach = reach
         self.info = info
-        self._known_outputs = known_outputs
-        self._estimator = KernelRidge(
-            sigma=info.sigma, regularization=info.regularization, input_bounds=cast_bounds(scenario)
-        ).fit(known_casts, known_outputs)
+        self.uncertainty = uncertainty
+        self._estimator = estimator
+        # The same without its other outputs, which what asks for the landing alone need not compute.
+        self._landing_estimator = copy(estimator)
+        self._landing_estimator.dual_coef_ = estimator.dual_coef_[:, 0].copy()
+        self._landing_estimator.target_mean_ = estimator.target_mean_[0]
 
     @classmethod
     def fit(cls, data: CastDataset) -> Self:
@@ -133,6 +154,9 @@ class ForwardModel:
         """
         parts = split_casts(data)
         distance, speed, wait = (float(one) for one in np.broadcast_to(np.squeeze(sigma), 3))
+        estimator = _estimator(data.scenario, (distance, speed, wait), regularization)
+        estimator.fit(parts.train.X, parts.train.y)
+        residuals = estimator.leave_one_out_residuals()[:, 0]
         info = Fit(
             seed=data.seed,
             n_train=len(parts.train.X),
@@ -140,14 +164,11 @@ class ForwardModel:
             n_test=parts.n_test,
             sigma=(distance, speed, wait),
             regularization=regularization,
-        )
-        model = cls(data.scenario, *parts.train, _reach(data), info)
-        residuals = model._estimator.leave_one_out_residuals()[:, 0]
-        model.info = replace(
-            info,
             leave_one_out_rmse=float(np.sqrt(np.mean(residuals**2))),
-            validation_rmse=model.landing_rmse(parts.validation),
         )
+        uncertainty = LandingUncertainty.learn(estimator, parts.validation.X, parts.validation.landing)
+        model = cls(data.scenario, estimator, uncertainty, parts.train.y, _reach(data), info)
+        model.info = replace(info, validation_rmse=model.landing_rmse(parts.validation))
         return model
 
     def landing_rmse(self, part: Part) -> float:
@@ -156,14 +177,42 @@ class ForwardModel:
         return float(np.sqrt(np.mean(residuals**2)))
 
     def predict(self, casts: Array) -> Array:
-        """Predict casts `[distance, speed, wait]`, shape (n, 3): landing along and across [m], entry angle [rad], (n, 3)."""
+        """Predict the `OUTPUTS` of casts `[distance, speed, wait]`, shape (n, 3): landing along first. Shape (n, 7)."""
         prediction: Array = self._estimator.predict(casts)
         return prediction
 
     def predict_with_gradient(self, casts: Array) -> tuple[Array, Array]:
-        """Return the prediction, shape (n, 3), and its derivative by the parameters in SI units, shape (n, 3, 3)."""
+        """Return the prediction, shape (n, 7), and its derivative by the parameters in SI units, shape (n, 7, 3)."""
         prediction, gradient = self._estimator.predict_with_gradient(casts)
         return prediction, gradient
+
+    def expand(self, cast: Array) -> Expansion:
+        """Return all that a planner asks about one cast `[distance, speed, wait]`, shape (3,)."""
+        outputs, gradient = self._estimator.expand(cast[np.newaxis])
+        return Expansion(outputs[0], gradient[0], *self.uncertainty.expand(cast))
+
+    def landing_with_gradient(self, casts: Array) -> tuple[Array, Array]:
+        """Return the landing along the casting plane [m] of a few casts, shape (n,), and its derivative in SI units, (n, 3)."""
+        landing, gradient = self._landing_estimator.expand(casts)
+        return landing, gradient
+
+    def serves(self, scenario: Scenario) -> bool:
+        """Return whether the model predicts the casts of `scenario`: the cup's shape may be another, and there may be noise.
+
+        A model that was learned without noise predicts the middle of what noise scatters.
+        """
+        return self.scenario.fingerprint in (scenario.fingerprint, scenario.without_noise.fingerprint)
+
+    def bound_to(self, scenario: Scenario) -> Self:
+        """Return the same model for plans in `scenario`, whose cup and noise count; raises `InputError` if it does not serve."""
+        if not self.serves(scenario):
+            raise InputError(
+                f"made for another scenario ({self.scenario.fingerprint}, not {scenario.fingerprint}); "
+                "name a model of this scenario, or make one with: wam-cast generate, then wam-cast fit"
+            )
+        bound = copy(self)
+        bound.scenario = scenario
+        return bound
 
     def save(self, path: str | Path) -> None:
         """Write the model to one file. Raises `InputError` if that cannot be done; then nothing is left behind."""
@@ -173,13 +222,15 @@ class ForwardModel:
             "scenario": self.scenario.model_dump(mode="json"),
             "reach": self.reach,
             "info": asdict(self.info),
+            "uncertainty": asdict(self.uncertainty.fit),
         }
         content = io.BytesIO()
         np.savez_compressed(
             content,
             header=np.array(json.dumps(header)),
             known_casts=self.known_casts,
-            known_outputs=self._known_outputs,
+            known_outputs=self.known_outputs,
+            known_log_ratios=self.uncertainty.log_ratios,
         )
         write_file(path, content.getvalue())
 
@@ -206,13 +257,14 @@ class ForwardModel:
                 f"model {path}: made with another model of the arm or another version of wam_cast "
                 f"({stored.fingerprint}, now {own.fingerprint}); fit it anew with: wam-cast fit"
             )
-        scenario = own if scenario is None else scenario
-        if scenario.fingerprint != own.fingerprint:
-            raise InputError(
-                f"model {path}: made for another scenario ({own.fingerprint}, not {scenario.fingerprint}); "
-                "name a model of this scenario, or make one with: wam-cast generate, then wam-cast fit"
-            )
-        return cls(scenario, stored.known_casts, stored.known_outputs, stored.reach, stored.info)
+        estimator = _estimator(own, stored.info.sigma, stored.info.regularization)
+        estimator.fit(stored.known_casts, stored.known_outputs)
+        uncertainty = LandingUncertainty(estimator, stored.known_log_ratios, stored.error_fit)
+        model = cls(own, estimator, uncertainty, stored.known_outputs, stored.reach, stored.info)
+        try:
+            return model if scenario is None else model.bound_to(scenario)
+        except InputError as error:
+            raise InputError(f"model {path}: {error}") from None
 
 
 def tune_model(scenario: Scenario, train: Part) -> TuningResult:
@@ -220,6 +272,10 @@ def tune_model(scenario: Scenario, train: Part) -> TuningResult:
     return tune_by_leave_one_out(
         train.X, train.landing, sigma0=[START_SIGMA] * train.X.shape[1], input_bounds=cast_bounds(scenario)
     )
+
+
+def _estimator(scenario: Scenario, sigma: tuple[float, ...], regularization: float) -> KernelRidge:
+    return KernelRidge(sigma=sigma, regularization=regularization, input_bounds=cast_bounds(scenario))
 
 
 @dataclass(frozen=True)
@@ -230,8 +286,10 @@ class _Stored:
     fingerprint: str
     known_casts: Array
     known_outputs: Array
+    known_log_ratios: Array
     reach: tuple[float, float]
     info: Fit
+    error_fit: ErrorFit
 
 
 _MALFORMED = (
@@ -260,16 +318,21 @@ def _read(path: str | Path) -> _Stored:
     try:
         with np.load(io.BytesIO(content), allow_pickle=False) as file:
             header = json.loads(str(file["header"]))
-            known_casts, known_outputs = (
-                np.asarray(file[name], dtype=float) for name in ("known_casts", "known_outputs")
+            known_casts, known_outputs, known_log_ratios = (
+                np.asarray(file[name], dtype=float)
+                for name in ("known_casts", "known_outputs", "known_log_ratios")
             )
-        if header["format"] != FORMAT or not known_casts.shape == known_outputs.shape == (
-            len(known_casts),
-            3,
+        n_known = len(known_casts)
+        shapes = (n_known, 3), (n_known, len(OUTPUTS)), (n_known,)
+        if header["format"] != FORMAT or shapes != (
+            known_casts.shape,
+            known_outputs.shape,
+            known_log_ratios.shape,
         ):
             raise not_one
         nearest, farthest = (float(radius) for radius in header["reach"])
         info = Fit(**header["info"] | {"sigma": tuple(float(sigma) for sigma in header["info"]["sigma"])})
+        error_fit = ErrorFit(**header["uncertainty"] | {"sigma": tuple(header["uncertainty"]["sigma"])})
         values, fingerprint = header["scenario"], str(header["fingerprint"])
     except _MALFORMED:
         raise not_one from None
@@ -277,7 +340,16 @@ def _read(path: str | Path) -> _Stored:
         scenario = Scenario.from_dict(values)
     except InputError as error:
         raise InputError(f"model {path}: its scenario cannot be used now ({error}); fit it anew") from None
-    return _Stored(scenario, fingerprint, known_casts, known_outputs, (nearest, farthest), info)
+    return _Stored(
+        scenario,
+        fingerprint,
+        known_casts,
+        known_outputs,
+        known_log_ratios,
+        (nearest, farthest),
+        info,
+        error_fit,
+    )
 
 
 def _reach(data: CastDataset) -> tuple[float, float]:

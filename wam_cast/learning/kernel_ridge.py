@@ -215,6 +215,18 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         gradient = (gradient_scaled / self.length_scale_).reshape(len(Z), *output_shape, n_features)
         return prediction, gradient
 
+    def expand(self, X: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Do what `predict_with_gradient` does, for the few inputs that an optimizer asks about: quickly, `X` is taken as it is."""
+        offsets = (X[:, np.newaxis, :] - self.X_fit_) / self.length_scale_
+        kernel = np.exp(-np.einsum("pni,pni->pn", offsets, offsets))
+        n_samples, n_features = self.X_fit_.shape
+        # dk / dz = -2 (z - z_n) k
+        weights = kernel[:, np.newaxis, :] * self.dual_coef_.reshape(n_samples, -1).T
+        gradient = -2.0 * np.matmul(weights, offsets) / self.length_scale_
+        shape = (len(X), *self.dual_coef_.shape[1:])
+        prediction = weights.sum(axis=2).reshape(shape) + self.target_mean_
+        return prediction, gradient.reshape(*shape, n_features)
+
     def predict_std(self, X: ArrayLike) -> FloatArray:
         """Estimate the standard deviation of a new target about its prediction.
 
@@ -243,7 +255,7 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         """
         X_valid = self._validate(X)
         K = gaussian_kernel(self._scale(self.X_fit_), self._scale(X_valid))
-        residuals, inverse_diagonal = self._leave_one_out()
+        residuals, inverse_diagonal = self.leave_one_out()
         squared_scale = np.mean((residuals.T**2 * inverse_diagonal).T, axis=0)
         explained = solve_triangular(self.cholesky_, K, lower=True, overwrite_b=True)
         # Rounding may take a little too much off where a training row is.
@@ -272,10 +284,23 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         sklearn.exceptions.NotFittedError
             If called before `fit`.
         """
-        return self._leave_one_out()[0]
+        return self.leave_one_out()[0]
 
-    def _leave_one_out(self) -> tuple[FloatArray, FloatArray]:
-        """Return the leave-one-out residuals and the diagonal of `(K + λ I)^-1`, shape (n_samples,)."""
+    def leave_one_out(self) -> tuple[FloatArray, FloatArray]:
+        """Compute the leave-one-out residuals, and what the posterior of a Gaussian process foretells of them.
+
+        Returns
+        -------
+        residuals : ndarray of shape (n_samples,) or (n_samples, n_outputs)
+            As from `leave_one_out_residuals`.
+        inverse_diagonal : ndarray of shape (n_samples,)
+            Of `(K + λ I)^-1`: the inverse of the variance that is foretold, up to a factor common to all.
+
+        Raises
+        ------
+        ValueError, sklearn.exceptions.NotFittedError
+            As from `leave_one_out_residuals`.
+        """
         check_is_fitted(self)
         n_samples = len(self.X_fit_)
         if n_samples < 2:

@@ -15,8 +15,17 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-OUTPUTS = ("landing_along", "landing_across", "entry_angle")
-"""What is learned of a cast: landing in the casting plane's axes [m], and the entry angle [rad]."""
+OUTPUTS = (
+    "landing_along",
+    "landing_across",
+    "entry_angle",
+    "entry_speed",
+    "slack",
+    "peak_load",
+    "peak_speed",
+)
+"""What is learned of a cast: landing in the casting plane's axes [m], entry angle [rad] and speed [m/s], the string's slack from
+there on [m], and the largest shares of the motors' torque and of the joints' speed limits."""
 
 
 class Part(NamedTuple):
@@ -25,7 +34,7 @@ class Part(NamedTuple):
     X: Array
     """Parameters `[distance, speed, wait]` [m, m/s, s], shape (n, 3)."""
     y: Array
-    """Landing along and across the casting plane [m] and entry angle [rad], shape (n, 3)."""
+    """`OUTPUTS`, shape (n, 7)."""
 
     @property
     def landing(self) -> Array:

@@ -40,6 +40,7 @@ SCHEMA = pa.schema(
         ("entry_speed", pa.float64()),
         ("entry_angle", pa.float64()),
         ("is_slack", pa.bool_()),
+        ("slack", pa.float64()),
         ("peak_load", pa.float64()),
         ("peak_speed", pa.float64()),
         ("peak_tracking_error", pa.float64()),

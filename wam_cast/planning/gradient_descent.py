@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wam_cast.cast import cast_bounds, nearest_allowed
-from wam_cast.planning.plan import LONGEST_MISS, Predictor, Solution
+from wam_cast.planning.plan import LONGEST_MISS, Solution
+from wam_cast.planning.predictor import Predictor
 
 Array = NDArray[np.float64]
 

@@ -6,15 +6,16 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Literal, Protocol, get_args
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wam_cast.arm_model import bearing_limits
 from wam_cast.cast import Cast, checked_cup
 from wam_cast.errors import InputError
-from wam_cast.scenario import Scenario
+from wam_cast.planning.chance import Spread, clear_entry_probability, landing_spread
+from wam_cast.planning.predictor import Predictor
+from wam_cast.planning.reach import Reach, checked_polar
 
 Array = NDArray[np.float64]
 Method = Literal["program", "gradient"]
@@ -31,32 +32,6 @@ LONGEST_MISS = 0.01
 """A plan is feasible if its predicted landing is no farther from the cup's axis [m]: where the paper stops (Section 2.5)."""
 
 
-BEARING_MARGIN = 0.01
-"""How far from its stops [rad] joint 1 stays: a cast moves it by a little."""
-
-
-class Predictor(Protocol):
-    """What planners know of a forward model. It works in the casting plane; casts are rows `[distance, speed, wait]`."""
-
-    @property
-    def scenario(self) -> Scenario:
-        """The scenario whose casts it predicts."""
-
-    @property
-    def reach(self) -> tuple[float, float]:
-        """The smallest and the largest distance of a cup from the base axis [m]."""
-
-    @property
-    def known_casts(self) -> Array:
-        """Casts with known landings, shape (m, 3): where a search may start."""
-
-    def predict(self, casts: Array) -> Array:
-        """Return landing along and across the casting plane [m] and entry angle [rad]: shape (n, 3) for casts of shape (n, 3)."""
-
-    def predict_with_gradient(self, casts: Array) -> tuple[Array, Array]:
-        """Return the prediction, shape (n, 3), and its derivative by the cast's parameters, shape (n, 3, 3)."""
-
-
 @dataclass(frozen=True)
 class Plan:
     """A cast for a cup, before it is executed.
@@ -71,8 +46,18 @@ class Plan:
         World (x, y) where the model expects the ball to cross the rim plane [m], shape (2,).
     predicted_miss
         Its distance from the cup's axis [m].
-    predicted_entry_angle
-        From the vertical [rad].
+    predicted_spread
+        By how much the landing is uncertain along and across the casting plane, standard deviations [m]: the model's own error and
+        the scenario's noise.
+    predicted_entry_angle, predicted_entry_speed
+        Of the ball at the rim plane: from the vertical [rad], and [m/s].
+    predicted_slack
+        Of the string from the landing on [m].
+    predicted_peak_load, predicted_peak_speed
+        The largest shares of the motors' torque and of the joints' speed limits, up to the landing.
+    clear_entry_probability
+        That the ball enters the cup without touching its rim. It ends in the cup more often than that: most balls that
+        touch the rim fall in all the same.
     is_feasible
         Whether the predicted miss is at most 1 cm.
     method
@@ -90,7 +75,13 @@ class Plan:
     cast: Cast
     predicted_landing: Array
     predicted_miss: float
+    predicted_spread: Spread
     predicted_entry_angle: float
+    predicted_entry_speed: float
+    predicted_slack: float
+    predicted_peak_load: float
+    predicted_peak_speed: float
+    clear_entry_probability: float
     is_feasible: bool
     method: str
     n_evaluations: int
@@ -127,57 +118,41 @@ def plan_cast(
     Raises
     ------
     InputError
-        If the cup is not a pair of finite numbers or out of reach, or there is no such method or solver.
+        If the cup is not a pair of finite numbers or out of reach (the line names the nearest position within), or there is no
+        such method or solver.
     """
     cup = checked_cup(cup)
     _check_method(method, solver)
-    radius, bearing = _within_reach(model, cup)
+    radius, bearing = checked_polar(Reach.of(model), cup)
     solution = _planner(method, solver or SOLVERS[0])(model, radius)
     prediction = model.predict(solution.parameters[np.newaxis])[0]
-    along, across, entry_angle = (float(value) for value in prediction)
+    along, across, entry_angle, entry_speed, slack, load, speed = (float(value) for value in prediction)
     # The casting plane is turned by what the ball is expected to land beside it.
     cast = Cast.from_array(solution.parameters, bearing - math.atan2(across, along))
     c, s = math.cos(cast.bearing), math.sin(cast.bearing)
     landing = np.array([c * along - s * across, s * along + c * across])
     miss = float(np.linalg.norm(landing - cup))
+    # Turned that way, the ball is expected on the line from the base axis to the cup.
+    offset = (math.hypot(along, across) - radius, 0.0)
+    spread = landing_spread(model, solution.parameters, model.scenario.noise)
     return Plan(
         cup=cup,
         cast=cast,
         predicted_landing=landing,
         predicted_miss=miss,
+        predicted_spread=spread,
         predicted_entry_angle=entry_angle,
+        predicted_entry_speed=entry_speed,
+        predicted_slack=slack,
+        predicted_peak_load=load,
+        predicted_peak_speed=speed,
+        clear_entry_probability=clear_entry_probability(model.scenario, entry_angle, offset, spread),
         is_feasible=miss <= LONGEST_MISS,
         method=method,
         n_evaluations=solution.n_evaluations,
         n_solutions=solution.n_solutions,
         reason=solution.reason,
     )
-
-
-def _within_reach(model: Predictor, cup: tuple[float, float]) -> tuple[float, float]:
-    """Return the cup's distance from the base axis [m] and its bearing [rad]; raises `InputError` out of reach."""
-    radius, bearing = math.hypot(*cup), math.atan2(cup[1], cup[0])
-    nearest, farthest = model.reach
-    if not nearest <= radius <= farthest:
-        raise InputError(
-            f"cup = ({cup[0]:g}, {cup[1]:g}) is {radius:.4g} m from the base axis, out of reach: "
-            f"choose a distance from {_inside(nearest, farthest, 3)} m"
-        )
-    lowest, highest = bearing_limits()
-    lowest, highest = lowest + BEARING_MARGIN, highest - BEARING_MARGIN
-    if not lowest <= bearing <= highest:
-        raise InputError(
-            f"cup = ({cup[0]:g}, {cup[1]:g}) is at a bearing of {math.degrees(bearing):.4g} degrees, where joint 1 cannot "
-            f"turn: choose one from {_inside(math.degrees(lowest), math.degrees(highest), 1)} degrees from the x axis"
-        )
-    return radius, bearing
-
-
-def _inside(lowest: float, highest: float, n_digits: int) -> str:
-    """Return a range in words, rounded so that its ends are inside."""
-    scale = 10**n_digits
-    lowest, highest = math.ceil(lowest * scale) / scale, math.floor(highest * scale) / scale
-    return f"{lowest:.{n_digits}f} to {highest:.{n_digits}f}"
 
 
 def _check_method(method: str, solver: str | None) -> None:

@@ -1,39 +1,64 @@
-"""The planner as a mathematical program: of all casts that land in the cup's middle, one that enters it steeply.
+"""The planner as a mathematical program: of all casts that land in the cup's middle, the one that most surely enters it.
 
-Three parameters reach a target on a line, so a two-parameter family of casts hits the same cup. What is left to choose is how
-the ball comes in (the steeper, the wider the cup is for it) and how far the cast is from the edge of the bounds, where the
-model has training casts on one side only and errs most.
+Three parameters reach a target on a line, so a two-parameter family of casts hits the same cup. The program picks from it the cast
+whose landing may be off by most standard deviations before the ball touches the rim, see `chance`, and that keeps the string
+slack and the arm within its limits.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.autodiffutils import ExtractGradient, ExtractValue, InitializeAutoDiff
 from pydrake.solvers import IpoptSolver, MathematicalProgram, NloptSolver, SnoptSolver, SolverOptions
+from scipy.special import expit
 
 from wam_cast.cast import cast_bounds, nearest_allowed
-from wam_cast.planning.plan import Predictor, Solution, Solver
+from wam_cast.planning.chance import STEEP, repeatability, scatter_of_move
+from wam_cast.planning.plan import Solution, Solver
+from wam_cast.planning.predictor import ALONG, ENTRY_ANGLE, PEAK_LOAD, PEAK_SPEED, SLACK, Expansion, Predictor
 
 Array = NDArray[np.float64]
+Term = Literal["model error", "repeatability", "entry angle", "slack", "limits"]
 
-N_STARTS = 6
+TERMS: tuple[Term, ...] = get_args(Term)
+"""What the program takes into account beside the landing."""
+
+N_STARTS = 3
 """Searches, each from a known cast that lands near the cup."""
+
+N_NEARBY = 24
+"""Known casts among which the starts are chosen."""
+
+START_DISTANCE = 0.15
+"""By how much starts differ at least in one of the scaled parameters."""
 
 LANDING_UNIT = 0.01
 """A miss of this size [m] counts as much to the solver as its tolerances assume of 1."""
 
-EDGE_WEIGHT = 0.2
-"""Cost [rad^2] of a parameter at its bound, as much as an entry angle of 26 degrees."""
+CLEARANCE_SOFTNESS = 1e-3
+"""Of the clear offset [m]: above this it counts as it is, below it fades to nothing, but never quite."""
 
+BOUNDS_DEVIATIONS = 2.0
+"""Standard deviations of the noise by which a cast keeps away from its bounds."""
+
+LARGEST_MARGIN = 0.05
+"""The same at most, in scaled parameters."""
+
+LEAST_SLACK = 0.01
+"""Of the string from the landing on, as a share of its length: twice what counts as slack."""
+
+LARGEST_SHARE = 0.95
+"""Of a motor's torque or a joint's speed limit that a plan may use."""
 
 SAME_SOLUTION = 0.02
 """Solutions that are closer than this in every scaled parameter count as one."""
 
-MAX_ITERATIONS = 60
+MAX_ITERATIONS = 40
 """Of a solver from one start."""
 
 TOLERANCE = 1e-4
@@ -65,49 +90,81 @@ class CastProgram:
     decision
         Its variables: distance, speed and wait, each scaled to [0, 1] between its bounds.
     evaluator
-        Evaluates the model for costs and constraints; counts how often.
+        Evaluates the model for cost and constraints; counts how often.
     """
 
     program: Any
     decision: Any
-    evaluator: _Evaluator
+    evaluator: Evaluator
 
 
-class _Evaluator:
-    """The model at scaled parameters, with its derivatives; remembers the last point, which cost and constraint share."""
+class Evaluator:
+    """The model at scaled parameters, with derivatives by them; remembers the last point, which cost and constraints share."""
 
-    def __init__(self, model: Predictor) -> None:
-        self._model = model
+    def __init__(self, model: Predictor, terms: frozenset[Term]) -> None:
+        self._model, self._terms = model, terms
+        self._scenario = model.scenario
+        self._noise = repeatability(model.scenario)
         self.lower, upper = cast_bounds(model.scenario)
         self.span = upper - self.lower
         self.n_evaluations = 0
-        self._last: tuple[bytes, Array, Array] = (b"", np.empty(0), np.empty(0))
+        self._last: tuple[bytes, Any] = (b"", None)
 
-    def __call__(self, scaled: Array) -> tuple[Array, Array]:
-        """Return landing along, across [m] and entry angle [rad], shape (3,), and their derivative by `scaled`, (3, 3)."""
+    @property
+    def margin(self) -> Array:
+        """By how much scaled parameters keep away from their bounds, beyond which the model has seen no cast, shape (3,)."""
+        if "repeatability" not in self._terms:
+            return np.zeros(3)
+        deviations = np.array([self._noise.distance, self._noise.speed, self._noise.wait])
+        return np.minimum(BOUNDS_DEVIATIONS * deviations / self.span, LARGEST_MARGIN)
+
+    def outputs(self, scaled: Array) -> tuple[Array, Array]:
+        """Return the prediction, shape (7,), and its derivative by `scaled`, shape (7, 3)."""
+        expansion = self._expand(scaled)
+        return expansion.outputs, expansion.gradient * self.span
+
+    def log_spread(self, scaled: Array) -> tuple[Array, Array]:
+        """Return the logarithm of the spread's share of the clear offset, shape (1,), and its derivative, (1, 3)."""
+        expansion = self._expand(scaled)
+        variance, slope = (self._noise.swing * self._scenario.string.length) ** 2, np.zeros(3)
+        if "model error" in self._terms:
+            variance += expansion.std**2
+            slope += 2 * expansion.std * expansion.std_gradient
+        if "repeatability" in self._terms:
+            mean_square, gradient = scatter_of_move(self._model, self.lower + self.span * scaled, self._noise)
+            variance += mean_square
+            slope += gradient
+        clear, clear_slope = self._clear_offset(expansion)
+        value = 0.5 * math.log(variance) - math.log(clear)
+        return np.array([value]), ((slope / (2 * variance) - clear_slope / clear) * self.span)[np.newaxis]
+
+    def _clear_offset(self, expansion: Expansion) -> tuple[float, Array]:
+        """Return by how much the landing may be off along the casting plane [m], smooth and positive, and its derivative."""
+        cup, ball = self._scenario.cup.inner_radius, self._scenario.ball.radius
+        angle = float(expansion.outputs[ENTRY_ANGLE]) if "entry angle" in self._terms else 0.0
+        cosine = max(math.cos(angle), STEEP)
+        slope = -ball * math.sin(angle) / cosine**2 if cosine > STEEP else 0.0
+        clear = (cup - ball / cosine) / CLEARANCE_SOFTNESS
+        soft = CLEARANCE_SOFTNESS * float(np.logaddexp(0.0, clear))
+        return soft, slope * expit(clear) * expansion.gradient[ENTRY_ANGLE]
+
+    def _expand(self, scaled: Array) -> Expansion:
         key = scaled.tobytes()
         if key != self._last[0]:
             self.n_evaluations += 1
-            parameters = (self.lower + self.span * scaled)[np.newaxis]
-            prediction, gradient = self._model.predict_with_gradient(parameters)
-            self._last = key, prediction[0], gradient[0] * self.span
-        return self._last[1], self._last[2]
-
-    def output(self, index: int, scaled: Any) -> Any:
-        """Return one output as Drake asks for it: of floats, or with derivatives carried by automatic differentiation."""
-        if scaled.dtype == float:
-            return self(scaled)[0][index]
-        value, gradient = self(ExtractValue(scaled).ravel())
-        inner = ExtractGradient(scaled)
-        return InitializeAutoDiff(value[index : index + 1], gradient[index : index + 1] @ inner)[0, 0]
+            self._last = key, self._model.expand(self.lower + self.span * scaled)
+        expansion: Expansion = self._last[1]
+        return expansion
 
 
-def build_program(model: Predictor, radius: float) -> CastProgram:
-    """Return the program for a cup at `radius` [m]: the predicted landing in its middle, the entry steep, the bounds far."""
-    scenario, evaluator = model.scenario, _Evaluator(model)
+def build_program(model: Predictor, radius: float, *, without: tuple[Term, ...] = ()) -> CastProgram:
+    """Return the program for a cup at `radius` [m]; leave terms out to see what they are for."""
+    terms = frozenset(TERMS) - frozenset(without)
+    scenario, evaluator = model.scenario, Evaluator(model, terms)
     program = MathematicalProgram()
     decision = program.NewContinuousVariables(3, "cast")
-    program.AddBoundingBoxConstraint(0.0, 1.0, decision).evaluator().set_description("bounds")
+    bounds = program.AddBoundingBoxConstraint(evaluator.margin, 1.0 - evaluator.margin, decision)
+    bounds.evaluator().set_description("bounds")
     # distance >= speed * min_move_duration, in scaled variables
     shortest = scenario.motion.min_move_duration
     row = np.array([[evaluator.span[0], -shortest * evaluator.span[1], 0.0]])
@@ -115,40 +172,58 @@ def build_program(model: Predictor, radius: float) -> CastProgram:
     program.AddLinearConstraint(row, [offset], [np.inf], decision).evaluator().set_description(
         "move duration"
     )
-    landing = program.AddConstraint(
-        lambda scaled: np.array([(evaluator.output(0, scaled) - radius) / LANDING_UNIT]),
-        lb=[0.0],
-        ub=[0.0],
-        vars=decision,
-    )
-    landing.evaluator().set_description("landing in the cup's middle")
-    cost = program.AddCost(lambda scaled: evaluator.output(2, scaled) ** 2, vars=decision)
-    cost.evaluator().set_description("entry angle squared")
-    edge = program.AddCost(EDGE_WEIGHT * sum((2 * scaled - 1) ** 8 for scaled in decision))
-    edge.evaluator().set_description("closeness to the bounds")
+
+    def constrain(name: str, column: int, unit: float, low: float, high: float) -> None:
+        def value(scaled: Any) -> Any:
+            return _carry(evaluator.outputs, scaled, slice(column, column + 1)) / unit
+
+        bound = program.AddConstraint(value, lb=[low / unit], ub=[high / unit], vars=decision)
+        bound.evaluator().set_description(name)
+
+    constrain("landing in the cup's middle", ALONG, LANDING_UNIT, radius, radius)
+    if "slack" in terms:
+        constrain("slack of the string", SLACK, LANDING_UNIT, LEAST_SLACK * scenario.string.length, np.inf)
+    if "limits" in terms:
+        constrain("motors' torque", PEAK_LOAD, 1.0, -np.inf, LARGEST_SHARE)
+        constrain("joints' speed", PEAK_SPEED, 1.0, -np.inf, LARGEST_SHARE)
+    cost = program.AddCost(lambda scaled: _carry(evaluator.log_spread, scaled, slice(1))[0], vars=decision)
+    cost.evaluator().set_description("spread by clear offset, logarithm")
     return CastProgram(program, decision, evaluator)
 
 
-def plan_by_program(model: Predictor, radius: float, *, solver: Solver = "snopt") -> Solution:
+def _carry(function: Any, scaled: Any, rows: slice) -> Any:
+    """Return some rows of a function's value as Drake asks for it: of floats, or with derivatives by the chain rule."""
+    if scaled.dtype == float:
+        return function(scaled)[0][rows]
+    value, gradient = function(ExtractValue(scaled).ravel())
+    return InitializeAutoDiff(value[rows], gradient[rows] @ ExtractGradient(scaled)).ravel()
+
+
+def plan_by_program(
+    model: Predictor, radius: float, *, solver: Solver = "snopt", without: tuple[Term, ...] = ()
+) -> Solution:
     """Return the parameters of the best cast that is predicted to land at `radius` [m].
 
     The program is solved from several known casts that land nearby, and the best solution is kept.
     """
-    built = build_program(model, radius)
+    built = build_program(model, radius, without=without)
     evaluator = built.evaluator
     make_solver, values = _SOLVERS[solver]
     options = SolverOptions()
     for name, value in values.items():
         options.SetOption(make_solver.id(), name, value)
-    found: list[tuple[bool, float, Array]] = []
-    for start in _starts(model, radius):
-        result = make_solver().Solve(built.program, (start - evaluator.lower) / evaluator.span, options)
-        scaled = np.clip(result.GetSolution(built.decision), 0.0, 1.0)
-        misses = not abs(evaluator(scaled)[0][0] - radius) <= 0.1 * LANDING_UNIT
-        found.append((bool(misses), result.get_optimal_cost(), scaled))
-    # Solutions that land come first, and of these the one of least cost.
-    _, _, scaled = min(found, key=lambda solution: solution[:2])
-    landing = [solution for misses, _, solution in found if not misses]
+    found: list[tuple[bool, bool, float, Array]] = []
+    for start in _starts(model, evaluator, radius):
+        result = make_solver().Solve(built.program, start, options)
+        # NLopt gives no numbers where there is no solution.
+        scaled = result.GetSolution(built.decision)
+        scaled = np.clip(scaled if np.all(np.isfinite(scaled)) else start, 0.0, 1.0)
+        misses = not abs(evaluator.outputs(scaled)[0][ALONG] - radius) <= 0.1 * LANDING_UNIT
+        violates = not built.program.CheckSatisfied(built.program.GetAllConstraints(), scaled, 1e-3)
+        found.append((bool(misses), violates, float(evaluator.log_spread(scaled)[0][0]), scaled))
+    # Solutions that land come first, of these the ones that keep all constraints, and of these the one of least cost.
+    *_, scaled = min(found, key=lambda solution: solution[:3])
+    landing = [scaled for misses, *_, scaled in found if not misses]
     n_distinct = _count_distinct(landing)
     reason = (
         f"{solver.upper()} reached the cup from {len(landing)} of {len(found)} starts, "
@@ -168,9 +243,13 @@ def _count_distinct(solutions: list[Array]) -> int:
     return len(distinct)
 
 
-def _starts(model: Predictor, radius: float) -> Array:
-    """Return known casts, shape (n, 3), spread over those that are predicted to land near `radius`, the steepest first."""
-    prediction = model.predict(model.known_casts)
-    nearby = np.argsort(np.abs(prediction[:, 0] - radius), kind="stable")[: 5 * N_STARTS]
-    steepest = nearby[np.argsort(np.abs(prediction[nearby, 2]), kind="stable")]
-    return model.known_casts[steepest[:: max(1, len(steepest) // N_STARTS)][:N_STARTS]]
+def _starts(model: Predictor, evaluator: Evaluator, radius: float) -> list[Array]:
+    """Return known casts, in scaled parameters, of those that landed near `radius`: the best first, and none like another."""
+    nearby = np.argsort(np.abs(model.known_outputs[:, ALONG] - radius), kind="stable")[:N_NEARBY]
+    scaled = (model.known_casts[nearby] - evaluator.lower) / evaluator.span
+    order = np.argsort([evaluator.log_spread(one)[0][0] for one in scaled], kind="stable")
+    starts: list[Array] = []
+    for one in scaled[order]:
+        if all(np.max(np.abs(one - other)) > START_DISTANCE for other in starts):
+            starts.append(one)
+    return starts[:N_STARTS]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -25,7 +26,14 @@ class _Reference:
 
     def __init__(self, motion: CastMotion, q_posture: NDArray[np.float64]) -> None:
         self.motion = motion
-        self.rest_state = np.concatenate([q_posture, np.zeros(N_ARM)])
+        self._rest_state = np.concatenate([q_posture, np.zeros(N_ARM)])
+
+    def posture(self, t: float) -> NDArray[np.float64]:
+        """Return the arm's state (14,) that the null space keeps at time `t` [s]: the starting posture, which turns along."""
+        bearing, rate = self.motion.bearing(t)
+        state = self._rest_state.copy()
+        state[0], state[N_ARM] = -bearing, -rate
+        return state
 
 
 class _Scratch:
@@ -63,10 +71,11 @@ class CastController(LeafSystem):
     With J the hand's translational Jacobian, and desired values from `CastMotion`:
 
         u_x = K_p (p_WE_desired - p_WE) + K_d (v_WE_desired - v_WE)              (Section 2.3 of the paper)
-        u_q = J^T u_x + g(q) + N (K_posture (q_posture - q) - D_posture v)
+        u_q = J^T u_x + g(q) + N (K_posture (q_posture - q) + D_posture (v_posture - v))
         N   = I - J^T (J J^T)^-1 J                        torques that are statically without force at the hand
 
-    and the result is kept within the motors' torques (`saturate`). g(q) holds the arm alone, not the string and the ball, of
+    and the result is kept within the motors' torques (`saturate`). The posture is the arm's at the start of the cast; during the
+    turn its joint 1 turns along, else v_posture is zero. g(q) holds the arm alone, not the string and the ball, of
     which the controller knows nothing. It is a pure function of time, arm state and cast: the cast is a numeric parameter of
     the context, what follows from it alone a cache entry.
 
@@ -90,7 +99,7 @@ class CastController(LeafSystem):
         self.torque_limits: NDArray[np.float64] = self._plant.GetEffortUpperLimits()
 
         self._input = self.DeclareVectorInputPort("arm_state", 2 * N_ARM)
-        self._cast_index = self.DeclareNumericParameter(BasicVector([0.3, 0.6, 0.1, 0.0]))
+        self._cast_index = self.DeclareNumericParameter(BasicVector([0.3, 0.6, 0.1, 0.0, 0.0, math.nan]))
         cast_ticket = self.numeric_parameter_ticket(NumericParameterIndex(self._cast_index))
         state_ticket = self.input_port_ticket(self._input.get_index())
         self._reference = self.DeclareCacheEntry(
@@ -117,20 +126,30 @@ class CastController(LeafSystem):
         self.DeclareVectorOutputPort("hand_desired", 6, self._calc_hand_desired, {time_ticket, cast_ticket})
         self.DeclareVectorOutputPort("stage", 1, self._calc_stage, {time_ticket, cast_ticket})
 
-    def set_cast(self, context: Any, cast: Cast) -> None:
-        """Set the cast in this system's own `context`."""
+    def set_cast(
+        self, context: Any, cast: Cast, *, start_bearing: float = 0.0, cup_radius: float | None = None
+    ) -> None:
+        """Set in this system's own `context` the cast, and what else its motion depends on: see `CastMotion`."""
         parameter = context.get_mutable_numeric_parameter(self._cast_index)
-        parameter.SetFromVector([cast.distance, cast.speed, cast.wait, cast.bearing])
+        place = math.nan if cup_radius is None else cup_radius
+        parameter.SetFromVector([cast.distance, cast.speed, cast.wait, cast.bearing, start_bearing, place])
 
     def get_cast(self, context: Any) -> Cast:
         """Return the cast in this system's own `context`."""
-        *parameters, bearing = context.get_numeric_parameter(self._cast_index).value()
+        *parameters, bearing = context.get_numeric_parameter(self._cast_index).value()[:4]
         return Cast.from_array(np.array(parameters), bearing)
 
     def _calc_reference(self, context: Any, value: Any) -> None:
         cast = self.get_cast(context)
+        start_bearing, place = context.get_numeric_parameter(self._cast_index).value()[4:]
+        motion = CastMotion(
+            self._scenario,
+            cast,
+            start_bearing=start_bearing,
+            cup_radius=None if math.isnan(place) else place,
+        )
         q_posture = starting_posture(self._plant, self._scenario, cast.bearing)
-        value.set_value(_Reference(CastMotion(self._scenario.motion, cast), q_posture))
+        value.set_value(_Reference(motion, q_posture))
 
     def _hand_kinematics(self, context: Any) -> tuple[Any, Any, NDArray[np.float64]]:
         """Return the arm's context, p_WE (3,) and Jv_WE (3, 7)."""
@@ -148,7 +167,7 @@ class CastController(LeafSystem):
         reference = self._reference.Eval(context)
         p_desired, v_desired = reference.motion.evaluate(context.get_time())
         u_x = self._kp * (p_desired - p_WE) + self._kd * (v_desired - J @ state[N_ARM:])
-        posture = self._posture_gain @ (reference.rest_state - state)
+        posture = self._posture_gain @ (reference.posture(context.get_time()) - state)
         # dposv solves a positive definite system without the checks that cost numpy.linalg.solve most of its time.
         _, force_of_posture, failed = dposv(J @ J.T, J @ posture)
         if failed:  # a straight arm cannot push along itself

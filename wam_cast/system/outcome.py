@@ -84,13 +84,16 @@ class Outcome:
     landing_along, landing_across
         The same in the casting plane's axes [m]: from the base axis outward, and to its left.
     crossing_time
-        Of the landing, from the start of the cast [s].
+        Of the landing, from the start of the move [s]: how long the turn before it took does not count.
     entry_velocity
         v_WL at the landing [m/s], shape (3,), world frame.
     entry_angle
         Between that velocity and the downward vertical [rad].
     is_slack
         Whether the string was slack at the landing.
+    slack
+        By how much hand and ball were closer than the string is long [m]: the least from the landing until the whole ball was
+        below the rim plane, as if there were no cup; nan if it never landed.
     miss
         Horizontal distance from the landing to the cup's axis [m]; nan without a cup.
     peak_load, peak_speed
@@ -100,7 +103,10 @@ class Outcome:
     limits_hit
         Which limits the arm met, such as `("joint 4 speed",)`.
     end_time
-        When the simulation ended [s].
+        When the outcome was known, from the start of the turn [s].
+    return_faults
+        What went wrong after that, on the way home, where it was simulated: limits that the arm met, as in `limits_hit`, or
+        `"diverged"`. They do not change the status, which is the cast's.
     """
 
     status: Status
@@ -111,12 +117,14 @@ class Outcome:
     entry_velocity: Array
     entry_angle: float
     is_slack: bool
+    slack: float
     miss: float
     peak_load: Array
     peak_speed: Array
     peak_tracking_error: float
     limits_hit: tuple[str, ...]
     end_time: float
+    return_faults: tuple[str, ...] = ()
 
     @property
     def is_caught(self) -> bool:

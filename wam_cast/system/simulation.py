@@ -9,11 +9,10 @@ the short steps that an impact needs and no others. Both hold the same plant.
 from __future__ import annotations
 
 import math
-import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -26,7 +25,7 @@ from wam_cast.errors import checked_whole_number
 from wam_cast.scenario import Scenario
 from wam_cast.system.controller import CastController, motor_load
 from wam_cast.system.flight_step import flight_step
-from wam_cast.system.motion import CastMotion
+from wam_cast.system.motion import CastMotion, Stage
 from wam_cast.system.noise import executed_cast
 from wam_cast.system.outcome import (
     REST_RISE,
@@ -43,6 +42,7 @@ from wam_cast.system.outcome import (
     to_casting_plane,
 )
 from wam_cast.system.plant import N_ARM
+from wam_cast.system.recording import CastRecording, Throw
 from wam_cast.system.station import CastStation
 
 Array = NDArray[np.float64]
@@ -58,42 +58,6 @@ MAX_SPEED = 100.0
 
 MAX_STATE = 1e3
 """So does a joint's angle [rad] or speed [rad/s] beyond this."""
-
-
-@dataclass(frozen=True, eq=False)
-class CastRecording:
-    """One cast from its start to the end of the return (without a cup: to the landing), a sample per control period.
-
-    Attributes
-    ----------
-    cast
-        As commanded; under noise another one is executed, which `p_WE_desired` and `stages` show.
-    outcome
-        Judged at the end of the hold at the latest, before the return moves the ball.
-    times
-        [s], shape (n,).
-    states
-        Positions and velocities of the plant, shape (n, n_x): what `station.plant` takes.
-    torques
-        Of the motors [N m], shape (n, 7): what was held up to each time, and so none at the first.
-    p_WL, v_WL, p_WE, p_WE_desired
-        Ball, hand and the hand's reference in the world frame [m, m/s], each of shape (n, 3).
-    stages
-        `Stage` of each sample, shape (n,).
-    """
-
-    scenario: Scenario
-    cast: Cast
-    cup: tuple[float, float] | None
-    outcome: Outcome
-    times: Array
-    states: Array
-    torques: Array
-    p_WL: Array
-    v_WL: Array
-    p_WE: Array
-    p_WE_desired: Array
-    stages: NDArray[np.int_]
 
 
 class CastSimulator:
@@ -142,30 +106,112 @@ class CastSimulator:
         """Simulate `cast` as `simulate` does, then on to the end of the return, and keep all of it."""
         run = self._run(cast, cup, noise_seed)
         outcome = self._judge(run)
-        if cup is not None and run.breakdown is None:
-            with self._noticing_breakdown(run):
-                if run.scene_start is None:
-                    self._enter_scene(run)
-                self._scene[1].AdvanceTo(float(run.motion.stage_ends[-1]))
-        times, states, torques = self._logs(run)
-        p_WL, v_WL, p_WE = self._kinematics(states)
-        p_WE_desired = np.array([run.motion.evaluate(t)[0] for t in times])
-        stages = np.array([run.motion.stage(t) for t in times])
-        return CastRecording(
-            self.scenario, cast, cup, outcome, times, states, torques, p_WL, v_WL, p_WE, p_WE_desired, stages
-        )
+        if cup is not None:
+            outcome = self._return(run, outcome)
+        return self._recording(run, outcome)
 
-    def _run(self, cast: Cast, cup: tuple[float, float] | None, noise_seed: int) -> _Run:
+    def simulate_sequence(
+        self,
+        throws: Sequence[Throw],
+        *,
+        noise_seed: int = 0,
+        on_outcome: Callable[[Outcome], None] | None = None,
+    ) -> list[Outcome]:
+        """Simulate `throws` after each other in one go, up to the last one's outcome.
+
+        Arm, string and ball go on from cast to cast as the return left them, whatever became of the ball; only a simulation that
+        broke down starts anew, from rest at home. One cup stands on the floor at a time: it is moved to its next place at the
+        end of each return, when the ball hangs clear. The clock starts anew with each turn.
+
+        Throw i has the noise of `noise_seed + i`; of noise's initial swing only the first has any, the others have what the
+        return left. `on_outcome` is called with each outcome as soon as it is known.
+        """
+        outcomes = []
+        for _, outcome in self._sequence(throws, noise_seed, returns_at_end=False):
+            outcomes.append(outcome)
+            if on_outcome is not None:
+                on_outcome(outcome)
+        return outcomes
+
+    def record_sequence(
+        self,
+        throws: Sequence[Throw],
+        *,
+        noise_seed: int = 0,
+        on_outcome: Callable[[Outcome], None] | None = None,
+    ) -> list[CastRecording]:
+        """Simulate `throws` as `simulate_sequence` does, on to the end of the last return, and keep all of it.
+
+        Each recording begins with the state that the one before it ended with.
+        """
+        recordings = []
+        for run, outcome in self._sequence(throws, noise_seed, returns_at_end=True):
+            recordings.append(self._recording(run, outcome))
+            if on_outcome is not None:
+                on_outcome(outcome)
+        return recordings
+
+    def _sequence(
+        self, throws: Sequence[Throw], noise_seed: int, *, returns_at_end: bool
+    ) -> Iterator[tuple[_Run, Outcome]]:
+        noise_seed = checked_whole_number("noise_seed", noise_seed, 0)
+        for throw in throws:
+            checked_cup(throw.cup)  # before anything is simulated
+        start = None
+        for i, throw in enumerate(throws):
+            run = self._run(throw.cast, throw.cup, noise_seed + i, start)
+            outcome = self._judge(run)
+            if returns_at_end or i + 1 < len(throws):
+                outcome = self._return(run, outcome)
+            yield run, outcome
+            start = None if run.breakdown is not None else self._end_of(run)
+
+    def _run(
+        self, cast: Cast, cup: tuple[float, float] | None, noise_seed: int, start: _Start | None = None
+    ) -> _Run:
         if cup is not None:
             cup = checked_cup(cup)
         noise_seed = checked_whole_number("noise_seed", noise_seed, 0)
         executed = executed_cast(self.scenario.noise, cast, noise_seed)
-        run = _Run(cast, cup, noise_seed, CastMotion(self.scenario.motion, executed))
+        start_bearing = 0.0 if start is None else start.bearing
+        radius = None if cup is None else to_casting_plane(np.array(cup), cast.bearing)[0]
+        motion = CastMotion(self.scenario, executed, start_bearing=start_bearing, cup_radius=radius)
+        run = _Run(cast, cup, noise_seed, motion, start)
         with self._noticing_breakdown(run):
             self._fly(run)
             if run.scene_start is not None:
                 self._settle(run)
         return run
+
+    def _return(self, run: _Run, outcome: Outcome) -> Outcome:
+        """Advance to the end of the return, and return the outcome with what went wrong on the way."""
+        if run.breakdown is not None:
+            return outcome
+        period = self.scenario.controller.period
+        with self._noticing_breakdown(run):
+            if run.scene_start is None:
+                self._enter_scene(run)
+            # On to a whole number of control periods: there the next cast's clock can start.
+            self._scene[1].AdvanceTo(period * math.ceil(run.motion.stage_ends[Stage.RETURN] / period - 1e-9))
+        times, states, torques = self._logs(run)
+        since = times > outcome.end_time
+        faults = self._limits_hit(*self._limits_used(states[since], torques[since]))
+        return replace(outcome, return_faults=(*faults, *(["diverged"] if run.breakdown is not None else [])))
+
+    def _end_of(self, run: _Run) -> _Start:
+        station, simulator = self._scene
+        context = simulator.get_context()
+        held = station.hold.GetMyContextFromRoot(context).get_discrete_state_vector()
+        state = context.get_continuous_state_vector().CopyToVector()
+        return _Start(state, held.CopyToVector(), run.cast.bearing)
+
+    def _recording(self, run: _Run, outcome: Outcome) -> CastRecording:
+        times, states, torques = self._logs(run)
+        p_WL, v_WL, p_WE = self._kinematics(states)
+        p_WE_desired = np.array([run.motion.evaluate(t)[0] for t in times])
+        stages = np.array([run.motion.stage(t) for t in times])
+        what = (self.scenario, run.cast, run.cup, outcome)
+        return CastRecording(*what, times, states, torques, p_WL, v_WL, p_WE, p_WE_desired, stages)
 
     @contextmanager
     def _noticing_breakdown(self, run: _Run) -> Iterator[None]:
@@ -192,16 +238,19 @@ class CastSimulator:
     def _fly(self, run: _Run) -> None:
         """Advance until the ball has crossed the rim plane and, with a cup, is near something that it can touch.
 
-        There the state is handed over to the station with contact. The flight goes on to the landing all the same: the
-        model learns where the ball comes down, and what the rim makes of it must not count.
+        There the state is handed over to the station with contact. The flight goes on all the same, until the ball is below the
+        rim plane or the string taut: the model learns where and how the ball comes down, and what the rim makes of it must
+        not count.
         """
         simulator = self._flight_simulator
         context = simulator.get_mutable_context()
-        self._flight.set_start(context, run.cast, noise_seed=run.noise_seed)
+        self._set_start(self._flight, context, run)
+        if run.start is not None:
+            _load(self._flight, context, run.start.state, run.start.torque)
         simulator.Initialize()
         plant_context = self._flight.plant.GetMyContextFromRoot(context)
         period, n_look, n = self.scenario.controller.period, LOOK_PERIODS, 0
-        while n * period < run.motion.stage_ends[3]:
+        while n * period < run.motion.stage_ends[Stage.HOLD]:
             n += n_look
             # A product, as Drake counts its samples: a sum could fall short of the last one.
             simulator.AdvanceTo(n * period)
@@ -214,8 +263,17 @@ class CastSimulator:
                 if gap < CONTACT_LOOK_PERIODS * per_period:
                     self._enter_scene(run)
                 n_look = LOOK_PERIODS if gap > 2 * LOOK_PERIODS * per_period else CONTACT_LOOK_PERIODS
-            if run.was_low and (run.cup is None or run.scene_start is not None):
-                return
+            if run.was_low:
+                n_look = CONTACT_LOOK_PERIODS
+                if (run.cup is None or run.scene_start is not None) and self._has_ended(p_WL):
+                    return
+
+    def _has_ended(self, p_WL: Array) -> bool:
+        """Return whether a ball that has come down to the rim plane is all below it, or hangs in a taut string."""
+        context = self._flight.plant.GetMyContextFromRoot(self._flight_simulator.get_context())
+        p_EL_W = p_WL - self._hand.EvalPoseInWorld(context).translation()
+        is_taut = np.linalg.norm(p_EL_W) >= (1 - SLACK_MARGIN) * self.scenario.string.length
+        return bool(is_taut or p_WL[2] <= self.scenario.cup.rim_height - self.scenario.ball.radius)
 
     def _gap(self, p_WL: Array, cup: tuple[float, float]) -> float:
         """Return the distance [m] between the ball's surface and the floor or a solid cylinder as large as the cup."""
@@ -229,18 +287,19 @@ class CastSimulator:
         """Hand the state over to the station with contact."""
         station, simulator = self._scene
         source, target = self._flight_simulator.get_context(), simulator.get_mutable_context()
-        station.set_start(target, run.cast, run.cup, noise_seed=run.noise_seed)
+        self._set_start(station, target, run)
         target.SetTime(source.get_time())
-        target.get_mutable_continuous_state_vector().SetFromVector(
-            source.get_continuous_state_vector().CopyToVector()
-        )
-        held = station.hold.GetMyMutableContextFromRoot(target).get_mutable_discrete_state_vector()
-        held.SetFromVector(self._flight.hold.GetMyContextFromRoot(source).get_discrete_state_vector().value())
+        held = self._flight.hold.GetMyContextFromRoot(source).get_discrete_state_vector()
+        _load(station, target, source.get_continuous_state_vector().CopyToVector(), held.CopyToVector())
         # A new integrator each time: it keeps the length of its last step, and outcomes must not depend on it.
         ResetIntegratorFromFlags(simulator, "runge_kutta3", self.scenario.simulation.max_step)
         simulator.get_mutable_integrator().set_target_accuracy(self.scenario.simulation.contact_accuracy)
         simulator.Initialize()
         run.scene_start = source.get_time()
+
+    def _set_start(self, station: CastStation, context: Any, run: _Run) -> None:
+        bearing = 0.0 if run.start is None else run.start.bearing
+        station.set_start(context, run.cast, run.cup, noise_seed=run.noise_seed, start_bearing=bearing)
 
     def _settle(self, run: _Run) -> None:
         """Advance until the ball rests in the cup, lies outside of it, or the hold is over."""
@@ -248,7 +307,7 @@ class CastSimulator:
         period = self.scenario.controller.period
         n = round(simulator.get_context().get_time() / period)
         n_low = 0
-        while n * period < run.motion.stage_ends[3]:
+        while n * period < run.motion.stage_ends[Stage.HOLD]:
             n += CONTACT_LOOK_PERIODS
             simulator.AdvanceTo(n * period)
             p_CL, speed, touches_cup = self._ball_in_scene(run)
@@ -302,23 +361,24 @@ class CastSimulator:
 
     def _judge(self, run: _Run) -> Outcome:
         times, states, torques = self._logs(run)
-        load = motor_load(torques, self._torque_limits).max(axis=0)
-        speed = (np.abs(states[:, self._n_q : self._n_q + N_ARM]) / self._speed_limits).max(axis=0)
-        limits_hit = self._limits_hit(states[:, :N_ARM], load, speed)
-        crossing, is_slack = (None, False) if run.breakdown is not None else self._landing(run)
+        q, load, speed = self._limits_used(states, torques)
+        limits_hit = self._limits_hit(q, load, speed)
+        crossing, slack = (None, np.full(1, np.nan)) if run.breakdown is not None else self._landing(run)
         nothing = np.full(3, np.nan)
         landing = nothing[:2] if crossing is None else crossing.p_WL[:2]
         velocity = nothing if crossing is None else crossing.v_WL
         along, across = to_casting_plane(landing, run.cast.bearing)
+        turn_end = float(run.motion.stage_ends[Stage.TURN])
         return Outcome(
             status=self._status(run, crossing, limits_hit, times, states),
             landing=landing,
             landing_along=along,
             landing_across=across,
-            crossing_time=math.nan if crossing is None else crossing.time,
+            crossing_time=math.nan if crossing is None else crossing.time - turn_end,
             entry_velocity=velocity,
             entry_angle=angle_from_vertical(velocity),
-            is_slack=is_slack,
+            is_slack=bool(slack[0] > SLACK_MARGIN * self.scenario.string.length),
+            slack=float(np.min(slack)),
             miss=math.nan if run.cup is None else float(np.linalg.norm(landing - run.cup)),
             peak_load=load,
             peak_speed=speed,
@@ -327,14 +387,21 @@ class CastSimulator:
             end_time=float(times[-1]),
         )
 
-    def _landing(self, run: _Run) -> tuple[Crossing | None, bool]:
-        """Return the flight's crossing of the rim plane, and whether the string was slack there."""
+    def _landing(self, run: _Run) -> tuple[Crossing | None, Array]:
+        """Return the flight's crossing of the rim plane, and the string's slack [m] there and until the ball is below the plane."""
         times, states, _ = self._flight.logged(self._flight_simulator.get_context())
         # Kinematics cost: at all looks but the last ones the ball was seen above the plane.
         end = slice(int(np.searchsorted(times, run.high_until - 1e-9)), None)
+        times = times[end]
         p_WL, v_WL, p_WE = self._kinematics(states[end])
-        crossing = find_crossing(BallTrack(times[end], p_WL, v_WL), self.scenario.cup.rim_height)
-        return crossing, crossing is not None and self._is_slack(crossing, times[end], p_WE)
+        crossing = find_crossing(BallTrack(times, p_WL, v_WL), self.scenario.cup.rim_height)
+        if crossing is None:
+            return None, np.full(1, np.nan)
+        hand = [np.interp(crossing.time, times, p_WE[:, axis]) for axis in range(3)]
+        rim_height, radius = self.scenario.cup.rim_height, self.scenario.ball.radius
+        after = (times > crossing.time) & (p_WL[:, 2] > rim_height - radius)
+        p_EL_W = np.vstack([crossing.p_WL - hand, p_WL[after] - p_WE[after]])
+        return crossing, self.scenario.string.length - np.linalg.norm(p_EL_W, axis=1)
 
     def _status(
         self, run: _Run, crossing: Crossing | None, limits_hit: tuple[str, ...], times: Array, states: Array
@@ -354,10 +421,11 @@ class CastSimulator:
         p_CL = (p_WL - [*run.cup, self.scenario.cup.rim_height]) @ R_CW.T
         return judge(p_CL, run.is_at_rest, run.is_carried, self.scenario.cup, self.scenario.ball.radius)
 
-    def _is_slack(self, crossing: Crossing, times: Array, p_WE: Array) -> bool:
-        hand = [np.interp(crossing.time, times, p_WE[:, axis]) for axis in range(3)]
-        distance = float(np.linalg.norm(crossing.p_WL - hand))
-        return distance < (1 - SLACK_MARGIN) * self.scenario.string.length
+    def _limits_used(self, states: Array, torques: Array) -> tuple[Array, Array, Array]:
+        """Return the arm's joint angles (n, 7), and the largest shares of torque and speed limits used, (7,) each."""
+        load = motor_load(torques, self._torque_limits).max(axis=0, initial=0.0)
+        speed = np.abs(states[:, self._n_q : self._n_q + N_ARM]) / self._speed_limits
+        return states[:, :N_ARM], load, speed.max(axis=0, initial=0.0)
 
     def _limits_hit(self, q: Array, load: Array, speed: Array) -> tuple[str, ...]:
         outside = np.any((q < self._lower) | (q > self._upper), axis=0)
@@ -383,6 +451,23 @@ def _position_and_speed(ball: Any, context: Any) -> tuple[Array, float]:
     return ball.EvalPoseInWorld(context).translation(), speed
 
 
+def _load(station: CastStation, context: Any, state: Array, torque: Array) -> None:
+    """Put the plant into `state`, shape (n_x,), and let the motors hold `torque`, shape (7,)."""
+    context.get_mutable_continuous_state_vector().SetFromVector(state)
+    station.hold.GetMyMutableContextFromRoot(context).get_mutable_discrete_state_vector().SetFromVector(
+        torque
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Start:
+    """Where the cast before left the robot: state of the plant (n_x,), held torque (7,) [N m], and bearing [rad]."""
+
+    state: Array
+    torque: Array
+    bearing: float
+
+
 @dataclass
 class _Run:
     """What one simulation carries from phase to phase."""
@@ -391,44 +476,10 @@ class _Run:
     cup: tuple[float, float] | None
     noise_seed: int
     motion: CastMotion
+    start: _Start | None
     high_until: float = 0.0
     was_low: bool = False
     scene_start: float | None = None
     is_at_rest: bool = False
     is_carried: bool = False
     breakdown: str | None = None
-
-
-@lru_cache(maxsize=4)
-def _shared_simulator(scenario: Scenario) -> CastSimulator:
-    """Return the simulator of `scenario` that this process keeps."""
-    return CastSimulator(scenario)
-
-
-_one_at_a_time = threading.Lock()
-
-
-def simulate_cast(
-    scenario: Scenario, cast: Cast, cup: tuple[float, float] | None = None, *, noise_seed: int = 0
-) -> Outcome:
-    """Simulate one cast, in a simulator that is kept for the next ones.
-
-    Threads take turns, since Drake's Python systems are not made for several at once; use processes to go faster.
-
-    Parameters
-    ----------
-    scenario, cast
-        What is cast, and how.
-    cup
-        World (x, y) [m] of a physical cup's axis; without one the simulation ends when the ball has crossed the rim plane.
-    noise_seed
-        Draws the scenario's noise: the same seed gives the same outcome. Without noise it is of no consequence.
-
-    Raises
-    ------
-    InputError
-        If the cup's position is not a pair of finite numbers, the noise seed not a whole number from 0 on, or the arm cannot turn
-        to the cast's bearing.
-    """
-    with _one_at_a_time:
-        return _shared_simulator(scenario).simulate(cast, cup, noise_seed=noise_seed)

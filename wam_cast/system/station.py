@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import inspect
+import math
 from typing import Any
 
 import numpy as np
 from pydrake.geometry import MeshcatVisualizer, MeshcatVisualizerParams, SceneGraph
-from pydrake.math import RigidTransform
+from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import BasicVector, DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import Adder, LogVectorOutput, MatrixGain, Saturation, ZeroOrderHold
@@ -18,6 +20,7 @@ from wam_cast.scenario import Scenario
 from wam_cast.system.controller import CastController
 from wam_cast.system.encoders import Encoders, encoder_resolution
 from wam_cast.system.noise import TorqueNoise, executed_cast, swing_at_start
+from wam_cast.system.outcome import to_casting_plane
 from wam_cast.system.plant import (
     HOOK,
     N_ARM,
@@ -70,7 +73,7 @@ class CastStation:
         nothing, which simulates faster.
     controller
         In place of `CastController`: a LeafSystem with its ports, and a method `set_cast(context, cast)` that takes the cast into
-        its own context.
+        its own context. If that also takes `start_bearing` and `cup_radius` by name, it is told them as `CastMotion` is.
     meshcat
         Where to show the station, or none.
 
@@ -101,6 +104,8 @@ class CastStation:
         self.controller: Any = builder.AddNamedSystem("controller", controller or CastController(scenario))
         self.hold: Any = builder.AddNamedSystem("hold", ZeroOrderHold(scenario.controller.period, N_ARM))
         self.ball_tracker: Any = builder.AddNamedSystem("ball_tracker", BallTracker(self.plant))
+        parameters = inspect.signature(self.controller.set_cast).parameters
+        self._is_told_places = {"start_bearing", "cup_radius"} <= set(parameters)
         self._connect(builder)
         self._export(builder)
         self._state_log = LogVectorOutput(
@@ -190,18 +195,25 @@ class CastStation:
         builder.ExportOutput(self.hold.get_output_port(), "torque")
 
     def set_start(
-        self, context: Any, cast: Cast, cup: tuple[float, float] | None = None, *, noise_seed: int = 0
+        self,
+        context: Any,
+        cast: Cast,
+        cup: tuple[float, float] | None = None,
+        *,
+        noise_seed: int = 0,
+        start_bearing: float = 0.0,
     ) -> None:
         """Put the diagram's `context` at the start of `cast`: time 0, the ball hanging at rest, all other state as when new.
 
-        `cup` is the world (x, y) [m] of the cup's axis; without one, a cup stays where it is by default, below the arm.
-        `noise_seed` draws the scenario's noise, if it has any: which cast is executed, how the ball swings, what the torques do.
+        The arm is in the plane of `start_bearing` [rad], from which the cast turns to its own. `cup` is the world (x, y) [m] of
+        the cup's axis; without one, a cup stays where it is by default, below the arm. `noise_seed` draws the scenario's noise,
+        if it has any: which cast is executed, how the ball swings, what the torques do.
         """
         self.diagram.SetDefaultContext(context)
         context.SetTime(0.0)
         plant_context = self.plant.GetMyMutableContextFromRoot(context)
         q_arm = self._q_start.copy()
-        q_arm[0] = -cast.bearing
+        q_arm[0] = -start_bearing
         q, v = hanging_positions(self.plant, q_arm), np.zeros(self.plant.num_velocities())
         if self.scenario.noise.swing > 0:
             angles, rates = swing_at_start(self.scenario, noise_seed)
@@ -209,22 +221,47 @@ class CastStation:
             v[HOOK] += rates
         self.plant.SetPositions(plant_context, q)
         self.plant.SetVelocities(plant_context, v)
-        self.set_cast(context, executed_cast(self.scenario.noise, cast, noise_seed))
+        executed = executed_cast(self.scenario.noise, cast, noise_seed)
+        self.set_cast(context, executed, cup, start_bearing=start_bearing)
         if self._torque_noise is not None:
             self._torque_noise.set_seed(self._torque_noise.GetMyMutableContextFromRoot(context), noise_seed)
-        if cup is not None:
+        if cup is not None and self.scene_graph is not None:
             self.set_cup(context, cup)
         for log in (self._state_log, self._torque_log):
             log.FindMutableLog(context).Clear()
 
-    def set_cast(self, context: Any, cast: Cast) -> None:
-        """Set the controller's cast in the diagram's `context`."""
-        self.controller.set_cast(self.controller.GetMyMutableContextFromRoot(context), cast)
+    def set_cast(
+        self,
+        context: Any,
+        cast: Cast,
+        cup: tuple[float, float] | None = None,
+        *,
+        start_bearing: float = 0.0,
+    ) -> None:
+        """Set the controller's cast in the diagram's `context`, and tell it where it starts and where the cup stands.
+
+        A controller whose `set_cast` takes the cast alone is told no more; it cannot start elsewhere than at home.
+        """
+        own = self.controller.GetMyMutableContextFromRoot(context)
+        if not self._is_told_places:
+            if start_bearing != 0:
+                raise InputError(
+                    f"controller {type(self.controller).__name__}: cannot go from cup to cup, since its set_cast takes no "
+                    "start_bearing; let it take start_bearing and cup_radius by name, as CastController's does"
+                )
+            self.controller.set_cast(own, cast)
+            return
+        radius = None if cup is None else to_casting_plane(np.array(cup), cast.bearing)[0]
+        self.controller.set_cast(own, cast, start_bearing=start_bearing, cup_radius=radius)
 
     def set_cup(self, context: Any, cup: tuple[float, float]) -> None:
-        """Stand the cup at world (x, y) [m] in the diagram's `context`."""
+        """Stand the cup at world (x, y) [m] in the diagram's `context`.
+
+        It is turned to face the base axis: so the flat boxes that make up its wall favour no bearing.
+        """
         mount = self.plant.GetFrameByName("cup_mount")
-        X_WC = RigidTransform([*cup, self.scenario.cup.rim_height])
+        R_WC = RotationMatrix.MakeZRotation(math.atan2(cup[1], cup[0]))
+        X_WC = RigidTransform(R_WC, [*cup, self.scenario.cup.rim_height])
         mount.SetPoseInParentFrame(self.plant.GetMyMutableContextFromRoot(context), X_WC)
 
     def logged(self, context: Any) -> tuple[Any, Any, Any]:

@@ -14,6 +14,9 @@ from wam_cast.learning import dataset
 from wam_cast.learning.sampling import sample_cast
 from wam_cast.system.outcome import Outcome, Status
 
+SLACK = 0.05
+"""Of the string from the landing on [m], whatever the cast."""
+
 
 def landing(scenario, cast, noise_seed):
     """Return where a cast lands [m]: smooth in its parameters, and off by 5 mm if the scenario is noisy."""
@@ -34,7 +37,8 @@ def fake_row(scenario, seed, row):
     values = dict.fromkeys(dataset.SCHEMA.names, 0.0)
     parameters = {"distance": cast.distance, "speed": cast.speed, "wait": cast.wait}
     along = {"landing_along": landing(scenario, cast, 10_000 + row)}
-    return values | parameters | along | {"cast": row, "status": "landed", "is_slack": True}
+    good = {"status": "landed", "is_slack": True, "slack": SLACK, "peak_load": 0.5, "peak_speed": 0.5}
+    return values | parameters | along | good | {"cast": row}
 
 
 def fake_outcome(scenario, cast: Cast, cup=None, *, noise_seed=0):
@@ -52,6 +56,7 @@ def fake_outcome(scenario, cast: Cast, cup=None, *, noise_seed=0):
         entry_velocity=np.array([0.5, 0.0, -2.0]),
         entry_angle=0.24,
         is_slack=True,
+        slack=SLACK,
         miss=miss,
         peak_load=nothing,
         peak_speed=nothing,

@@ -6,8 +6,9 @@ from scipy.stats import norm
 
 import wam_cast as wc
 from wam_cast.cast import cast_bounds
-from wam_cast.evaluation.experiment.comparison import COVERAGE, _empirical_coverage
+from wam_cast.evaluation.experiment.comparison import COVERAGE
 from wam_cast.evaluation.experiment.selection import make_estimator
+from wam_cast.evaluation.experiment.statistics import coverage
 from wam_cast.learning import baselines
 from wam_cast.learning.kernel_ridge import KernelRidge
 from wam_cast.learning.parts import split_casts
@@ -103,9 +104,9 @@ def test_coverage_of_normal_errors_is_what_their_std_says():
     mean, std = rng.normal(size=(2, 100_000))
     std = np.exp(std)
     measured = mean + std * rng.standard_normal(len(std))
-    np.testing.assert_allclose(_empirical_coverage(mean, std, measured), COVERAGE, rtol=0, atol=0.006)
+    np.testing.assert_allclose(coverage(mean - measured, std, COVERAGE), COVERAGE, rtol=0, atol=0.006)
     # Twice the std that they have.
-    wide = _empirical_coverage(mean, 2 * std, measured)
+    wide = coverage(mean - measured, 2 * std, COVERAGE)
     np.testing.assert_allclose(wide, 2 * norm.cdf(2 * norm.ppf((1 + COVERAGE) / 2)) - 1, rtol=0, atol=0.006)
 
 

@@ -10,10 +10,11 @@ import pytest
 from threadpoolctl import threadpool_limits
 
 import wam_cast as wc
+from wam_cast.cast import PARAMETERS
 from wam_cast.evaluation.experiment import comparison, run, selection
 from wam_cast.evaluation.experiment.figures import CAPTIONS
 from wam_cast.evaluation.experiment.findings import TEST_ROWS
-from wam_cast.learning.parts import Parts
+from wam_cast.learning.parts import OUTPUTS, Parts
 
 
 @pytest.fixture
@@ -136,8 +137,8 @@ def test_a_run_uses_one_thread_for_each_process(reproduce, monkeypatch):
 def test_samples_are_described_by_the_training_casts():
     n = 340  # split into 260, 60 and 20
     rng = np.random.default_rng(0)
-    columns = ["distance", "speed", "wait", "landing_along", "landing_across", "entry_angle"]
-    frame = pd.DataFrame(rng.uniform(size=(n, 6)), columns=columns)
+    columns = [*PARAMETERS, *OUTPUTS]
+    frame = pd.DataFrame(rng.uniform(size=(n, len(columns))), columns=columns)
     frame["landing_along"] += 5.0 * (frame.index >= 260)
     frame["landing_across"] *= np.where(frame.index < 260, -0.001, 1.0)
     frame = frame.assign(status="landed", is_slack=frame.index % 4 == 0)

@@ -93,7 +93,7 @@ def assert_hides_nothing():
     """Return a function that checks that the legend of some axes is beside them."""
 
     def check(axes):
-        axes.figure.draw_without_rendering()
+        axes.figure.figure.draw_without_rendering()
         assert not axes.get_legend().get_window_extent().padded(-1).overlaps(axes.get_window_extent())
 
     return check

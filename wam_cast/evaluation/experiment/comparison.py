@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import norm
 
 from wam_cast.cast import PARAMETERS, cast_bounds
 from wam_cast.evaluation.experiment.results import (
@@ -22,7 +21,7 @@ from wam_cast.evaluation.experiment.results import (
 from wam_cast.evaluation.experiment.seeds import Purpose, derived_seed
 from wam_cast.evaluation.experiment.selection import make_estimator
 from wam_cast.evaluation.experiment.settings import OnProgress
-from wam_cast.evaluation.experiment.statistics import rmse, rmse_interval
+from wam_cast.evaluation.experiment.statistics import coverage, rmse, rmse_interval
 from wam_cast.learning import baselines
 from wam_cast.learning.kernel_ridge import KernelRidge
 from wam_cast.learning.parts import Part, Parts
@@ -81,10 +80,12 @@ def compare(
         held_out=_held_out(ard, parts),
         coverage=floats(COVERAGE),
         empirical={
-            "KRR": _empirical_coverage(
-                ard.predict(validation.X), ard.predict_std(validation.X), validation.landing
+            "KRR": floats(
+                coverage(
+                    ard.predict(validation.X) - validation.landing, ard.predict_std(validation.X), COVERAGE
+                )
             ),
-            "Gaussian process": _empirical_coverage(process_mean, process_std, validation.landing),
+            "Gaussian process": floats(coverage(process_mean - validation.landing, process_std, COVERAGE)),
         },
     )
 
@@ -186,10 +187,3 @@ def _held_out(model: KernelRidge, parts: Parts) -> Residuals:
         worst=WORST,
         share_of_worst=float(np.sum(squares[: round(WORST * len(squares))]) / np.sum(squares)),
     )
-
-
-def _empirical_coverage(mean: Array, std: Array, measured: Array) -> tuple[float, ...]:
-    """Return the share of casts within the central intervals of the shares `COVERAGE`."""
-    normalized = np.abs(mean - measured) / std
-    half_widths = norm.ppf((1 + COVERAGE) / 2)
-    return floats(np.mean(normalized[:, np.newaxis] <= half_widths, axis=0))

@@ -17,10 +17,11 @@ from wam_cast.evaluation.experiment.seeds import Purpose, derived_seed
 from wam_cast.evaluation.experiment.settings import OnProgress
 from wam_cast.evaluation.experiment.statistics import describe, wilson_interval
 from wam_cast.learning.workers import Workers, run_rows
-from wam_cast.planning.plan import Method, Plan, Predictor, plan_cast
+from wam_cast.planning.plan import Method, Plan, plan_cast
+from wam_cast.planning.predictor import Predictor
 from wam_cast.scenario import Scenario
 from wam_cast.system.outcome import Outcome, Status
-from wam_cast.system.simulation import simulate_cast
+from wam_cast.system.simulate import simulate_cast
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ import numpy as np
 from wam_cast.cast import cast_bounds, is_allowed
 from wam_cast.evaluation.experiment.results import LandingMap, floats
 from wam_cast.evaluation.experiment.settings import OnProgress
-from wam_cast.planning.plan import Predictor
+from wam_cast.planning.predictor import Predictor
 
 N_GRID = 41
 N_WAITS = 4

@@ -1,4 +1,4 @@
-"""Random streams of the experiment, each of its own, all from the run's seed."""
+"""Random streams of the experiment and of the map of the floor, each of its own, all from the run's seed."""
 
 from __future__ import annotations
 
@@ -14,6 +14,9 @@ class Purpose(IntEnum):
     NETWORK = 1
     BOOTSTRAP = 2
     NOISE = 3
+    CUPS = 4
+    SEARCH = 5
+    MAP = 6
 
 
 def derived_seed(seed: int, purpose: Purpose, index: int = 0) -> int:

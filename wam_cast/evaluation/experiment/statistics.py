@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import binomtest, bootstrap
+from scipy.stats import binomtest, bootstrap, norm
 
 from wam_cast.evaluation.experiment.results import Statistics
 
@@ -50,3 +50,12 @@ def describe(values: Array) -> Statistics:
         p95=float(np.percentile(finite, 95)),
         max=float(np.max(finite)),
     )
+
+
+def coverage(residuals: Array, std: Array, shares: Array) -> Array:
+    """Return which share of normal errors of standard deviations `std`, shape (n,), lies within the central intervals of `shares`.
+
+    The residuals, shape (n,), are honest if that is the share that each interval should hold, shape (m,).
+    """
+    half_widths = norm.ppf((1 + shares) / 2)
+    return np.asarray(np.mean(np.abs(residuals / std)[:, np.newaxis] <= half_widths, axis=0))

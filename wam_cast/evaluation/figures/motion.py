@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wam_cast.evaluation.figures.looks import DARK, MIDDLE, draw_legend
-from wam_cast.evaluation.recorded import finite_part, stage_pieces
+from wam_cast.evaluation.recorded import finite_part, stage_pieces, without_turn
 from wam_cast.evaluation.side_view import DESIRED_LINE, RIM_PLANE_LINE, draw_side_view, in_casting_plane
 from wam_cast.evaluation.style import INK, STAGE_COLORS, stage_name
 from wam_cast.system.motion import Stage
@@ -15,7 +15,7 @@ from wam_cast.system.motion import Stage
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from wam_cast.system.simulation import CastRecording
+    from wam_cast.system.recording import CastRecording
 
 HOLD_SHOWN = 0.4
 """How much of the hold is shown over time [s]; after it only the arm goes home."""
@@ -31,6 +31,8 @@ LANDING_LINE: Any = {"color": INK, "linewidth": 1.0, "linestyle": (0, (1, 1.5))}
 def draw_motion(path_axes: Axes, radius_axes: Axes, height_axes: Axes, recording: CastRecording) -> None:
     """Draw a recorded cast: its paths, and over time the hand's distance and height as desired and as they were, and the ball's.
 
+    It is drawn from the end of its turn on.
+
     Parameters
     ----------
     path_axes
@@ -40,7 +42,7 @@ def draw_motion(path_axes: Axes, radius_axes: Axes, height_axes: Axes, recording
     recording
         What to draw.
     """
-    recording = finite_part(recording)
+    recording = without_turn(finite_part(recording))
     draw_side_view(path_axes, recording)
     shown = recording.times <= _time_shown(recording)
     paths = (recording.p_WE, recording.p_WE_desired, recording.p_WL)

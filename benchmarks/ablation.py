@@ -1,0 +1,86 @@
+"""What each term of the program is for: plans without it over random cups, executed with contact.
+
+python benchmarks/ablation.py [--cups 150] [--seed 0] [--scenario FILE] [--model FILE] [--workers N] [--markdown FILE]
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+from wam_cast.evaluation.planners.ablation import Ablation, ablate
+from wam_cast.learning.forward_model import ForwardModel, reference_model
+from wam_cast.learning.storage import current_versions
+from wam_cast.learning.workers import Workers
+from wam_cast.scenario import Scenario
+
+HEADINGS = (
+    "without",
+    "caught",
+    "entered clear",
+    "executed miss: median, P95, max [mm]",
+    "slack, P5 [mm]",
+    "taut at the landing",
+    "limits met",
+    "share of a limit, P95",
+)
+
+
+def cells(one: Ablation) -> tuple[str, ...]:
+    hits = one.hits
+    (low, high), (clear_low, clear_high), miss = hits.interval, one.clear_interval, hits.executed_miss
+    numbers = (miss.median, miss.p95, miss.max)
+    return (
+        ", ".join(one.without) if len(one.without) < 2 else "all of them",
+        f"{hits.n_caught} of {hits.n_cups} ({low:.0%} to {high:.0%})",
+        f"{one.n_clear} ({clear_low:.0%} to {clear_high:.0%})",
+        ", ".join(f"{1e3 * value:.1f}" for value in numbers if value is not None),
+        f"{1e3 * one.least_slack:.1f}",
+        str(one.n_taut),
+        str(one.n_limit_hits),
+        f"{one.largest_share:.2f}",
+    )
+
+
+def main() -> None:
+    arguments = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    arguments.add_argument("--cups", type=int, default=150)
+    arguments.add_argument("--seed", type=int, default=0)
+    arguments.add_argument("--scenario", type=Path, help="YAML file; the reference scenario without it")
+    arguments.add_argument("--model", type=Path, help="of the scenario; the reference model without it")
+    arguments.add_argument("--workers", type=int, help="by default one for each processor")
+    arguments.add_argument("--markdown", type=Path, metavar="FILE", help="write the table there too")
+    options = arguments.parse_args()
+    model = reference_model() if options.model is None else ForwardModel.load(options.model)
+    if options.scenario is not None:
+        model = model.bound_to(Scenario.from_yaml(options.scenario))
+    with Workers(options.workers) as workers, Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("variants and cups")
+        rows = ablate(
+            model,
+            options.cups,
+            seed=options.seed,
+            executor=workers,
+            report=lambda done, n: bar.update(task, completed=done, total=n),
+        )
+    nearest, farthest = model.reach
+    versions = ", ".join(f"{name} {number}" for name, number in current_versions().items())
+    caption = f"{options.cups} random cups from {nearest:.3f} to {farthest:.3f} m, seed {options.seed}; 95 % intervals; {versions}"
+    table = Table(*HEADINGS, caption=caption)
+    for one in rows:
+        table.add_row(*cells(one))
+    Console().print(table)
+    if options.markdown is not None:
+        lines = [HEADINGS, ("---",) * len(HEADINGS), *map(cells, rows)]
+        text = "\n".join(f"| {' | '.join(line)} |" for line in lines)
+        options.markdown.write_text(f"{text}\n\n{caption}\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

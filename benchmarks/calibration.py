@@ -1,0 +1,139 @@
+"""Whether the model knows by how much it errs: casts that it has never seen, and plans that are executed with noise.
+
+    python benchmarks/calibration.py [--casts 1000] [--cups 100] [--seed 1] [--workers N] [--picture FILE]
+
+The casts are of another seed than those that the model was fitted to, chosen and scaled by. Prints the expected calibration
+error (the mean difference between the share of casts that central intervals hold and the share that they should hold), and the
+errors of casts in eight groups by their predicted standard deviation; then the predicted and the executed share of plans whose
+ball enters the cup without touching it.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+from numpy.typing import NDArray
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+from wam_cast.cast import PARAMETERS, cast_bounds
+from wam_cast.evaluation.experiment.seeds import Purpose, derived_seed
+from wam_cast.evaluation.experiment.statistics import coverage, rmse, wilson_interval
+from wam_cast.evaluation.figures.calibration import draw_calibration
+from wam_cast.evaluation.planners.trials import Trial, draw_cups, entered_clear, execute
+from wam_cast.evaluation.style import figure_style
+from wam_cast.learning.dataset import generate_dataset
+from wam_cast.learning.forward_model import ForwardModel, reference_model
+from wam_cast.learning.kernel_ridge import KernelRidge
+from wam_cast.learning.parts import OUTPUTS
+from wam_cast.learning.workers import Workers
+from wam_cast.planning.plan import METHODS, plan_cast
+from wam_cast.scenario import Noise, Scenario
+
+Array = NDArray[np.float64]
+
+SHARES = np.linspace(0.05, 0.95, 19)
+N_GROUPS = 8
+
+
+def main() -> None:
+    arguments = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    arguments.add_argument("--casts", type=int, default=1000)
+    arguments.add_argument("--cups", type=int, default=100)
+    arguments.add_argument("--seed", type=int, default=1)
+    arguments.add_argument("--workers", type=int, help="by default one for each processor")
+    arguments.add_argument("--picture", type=Path, metavar="FILE", help="write the reliability diagram there")
+    options = arguments.parse_args()
+    model, console = reference_model(), Console()
+    with Workers(options.workers) as workers, Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("casts", total=options.casts)
+        data = generate_dataset(
+            model.scenario,
+            options.casts,
+            options.seed,
+            executor=workers,
+            on_progress=lambda done, _: bar.update(task, completed=done),
+        )
+        frame = data.frame.dropna(subset=list(OUTPUTS))
+        casts = frame[list(PARAMETERS)].to_numpy(dtype=float)
+        residuals = model.predict(casts)[:, 0] - frame["landing_along"].to_numpy(dtype=float)
+        curves = _print_calibration(console, model, casts, residuals)
+        _print_groups(console, residuals, model.uncertainty.std(casts))
+        _print_clear_entries(console, model, options.cups, options.seed, workers)
+    if options.picture is not None:
+        with figure_style():
+            figure, axes = plt.subplots(figsize=(5.2, 3.4), layout="constrained")
+            draw_calibration(axes, SHARES, curves)
+            figure.savefig(options.picture, dpi=150)
+
+
+def _print_calibration(
+    console: Console, model: ForwardModel, casts: Array, residuals: Array
+) -> dict[str, Array]:
+    """Print the calibration of the posterior alone and of the corrected one; return their coverage."""
+    posterior = KernelRidge(
+        sigma=model.info.sigma,
+        regularization=model.info.regularization,
+        input_bounds=cast_bounds(model.scenario),
+    ).fit(model.known_casts, model.known_outputs[:, 0])
+    deviations = {"posterior alone": posterior.predict_std(casts), "corrected": model.uncertainty.std(casts)}
+    curves = {name: coverage(residuals, std, SHARES) for name, std in deviations.items()}
+    table = Table(
+        "standard deviation",
+        "expected calibration error",
+        "within 1, 2, 3 standard deviations",
+        "mean negative log likelihood",
+        title=f"{len(casts)} casts; the errors' RMSE is {1e3 * rmse(residuals):.2f} mm",
+    )
+    for name, std in deviations.items():
+        normalized = np.abs(residuals) / std
+        within = ", ".join(f"{np.mean(normalized <= k):.1%}" for k in (1, 2, 3))
+        likelihood = np.mean(normalized**2 / 2 + np.log(std * np.sqrt(2 * np.pi)))
+        table.add_row(name, f"{np.mean(np.abs(curves[name] - SHARES)):.1%}", within, f"{likelihood:.2f}")
+    console.print(table)
+    return curves
+
+
+def _print_groups(console: Console, residuals: Array, std: Array) -> None:
+    table = Table(
+        "predicted [mm]", "root mean square [mm]", "largest [mm]", title="errors, by predicted deviation"
+    )
+    for group in np.array_split(np.argsort(std), N_GROUPS):
+        table.add_row(
+            f"{1e3 * np.sqrt(np.mean(std[group] ** 2)):.2f}",
+            f"{1e3 * rmse(residuals[group]):.2f}",
+            f"{1e3 * np.abs(residuals[group]).max():.1f}",
+        )
+    console.print(table)
+
+
+def _print_clear_entries(
+    console: Console, model: ForwardModel, n_cups: int, seed: int, workers: Workers
+) -> None:
+    """Print how often plans enter the cup clear with the noise of a typical arm, and how often they are predicted to."""
+    scenario = Scenario(noise=Noise.typical())
+    bound, cups = model.bound_to(scenario), draw_cups(model.reach, n_cups, seed)
+    table = Table(
+        "planner", "predicted", "executed", "95 % interval", title=f"clear entries, {n_cups} cups, noise on"
+    )
+    for method in METHODS:
+        plans = [plan_cast(bound, cup, method) for cup in cups]
+        trials = [
+            Trial(plan.cast, plan.cup, derived_seed(seed, Purpose.NOISE, i)) for i, plan in enumerate(plans)
+        ]
+        outcomes = execute(scenario, trials, workers)
+        n_clear = sum(entered_clear(scenario, *pair) for pair in zip(trials, outcomes, strict=True))
+        low, high = wilson_interval(n_clear, n_cups)
+        predicted = np.mean([plan.clear_entry_probability for plan in plans])
+        table.add_row(method, f"{predicted:.1%}", f"{n_clear / n_cups:.1%}", f"{low:.0%} to {high:.0%}")
+    console.print(table)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,116 @@
+"""`wam-cast map` as its user meets it; what it computes is tested with the map itself."""
+
+import json
+import os
+import signal
+import time
+
+import pytest
+
+import wam_cast as wc
+from wam_cast.evaluation import floor_map
+
+SMALL = ("--radii", "3", "--bearings", "4")
+
+
+@pytest.fixture
+def noisy(folder):
+    (folder / "noisy.yaml").write_text("noise: {distance: 0.003, swing: 0.005}", encoding="utf-8")
+    return ("--scenario", "noisy.yaml", "--casts", "2")
+
+
+@pytest.mark.usefixtures("floor_without_physics")
+def test_the_table_has_units_and_a_row_a_distance_and_the_picture_is_there(cli, folder, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    result = cli("map", "--out", "map.png", *SMALL)
+    assert (result.code, result.err) == (0, "planning\ncasting\n")
+    assert (folder / "map.png").read_bytes().startswith(b"\x89PNG")
+    lines = result.out.splitlines()
+    assert max(map(len, lines)) <= 100
+    assert max(len(line) for line in lines if line[0] in "│┃┏") <= 80
+    assert "…" not in result.out
+    for word in ("[m]", "[mm]", "[%]", "predicted", "executed", "lateral", "clear", "interval"):
+        assert word in result.out
+    rows = [[cell.strip() for cell in line.strip("│").split("│")] for line in lines if line.startswith("│")]
+    assert rows[0] == ["0.263", "-1.0 (4.0)", "3.0 (0.0)", "2.0 (0.0)", "86.8", "3/4", "30-95"]
+    assert [row[-2] for row in rows] == ["3/4", "3/4", "0/4"]
+    assert "cup 0.986: no cast is predicted to land in it" in result.out
+    assert lines[-1] == "6 of 12 caught; the map is in map.png"
+
+
+@pytest.mark.usefixtures("floor_without_physics")
+def test_json_is_the_whole_map(cli, noisy):
+    result = cli("map", "--out", "map.svg", *SMALL, *noisy, "--seed", "3", "--json")
+    assert result.code == 0
+    record = json.loads(result.out)
+    assert record.pop("picture") == "map.svg"
+    size = floor_map.MapSize(3, 4, 2)
+    scenario = wc.Scenario.from_yaml("noisy.yaml")
+    expected = floor_map.map_floor(wc.reference_model().bound_to(scenario), size, seed=3)
+    assert floor_map.FloorMap.model_validate(record) == expected
+    assert record["is_noisy"] is True
+    assert record["n_casts"] == 24
+    assert record["rings"][0]["casts"][0]["along"] is None  # it never came down
+
+
+def test_options_arrive(cli, floor_without_physics):
+    words = ("--planner", "program", "--solver", "nlopt", "--workers", "1")
+    assert cli("map", "--out", "map.pdf", *SMALL, *words).code == 0
+    assert {planned[1:] for planned in floor_without_physics.planned} == {("program", "nlopt")}
+    cli("map", "--out", "map.pdf", *SMALL, "--planner", "gradient")
+    assert floor_without_physics.planned[-1][1:] == ("gradient", None)
+
+
+@pytest.mark.parametrize(
+    ("words", "parts"),
+    [
+        ((), ["--out", "wam-cast map --help"]),
+        (("--out", "missing/a.png"), ["missing/a.png", "existing folder"]),
+        (("--out", "."), ["cannot write .", ".pdf, .png, .svg"]),
+        (("--out", "a.jpg"), ["a.jpg", ".pdf, .png, .svg"]),
+        (("--out", "a"), ["suffix is missing"]),
+        (("--out", "a.png", "--radii", "1"), ["--radii", "2"]),
+        (("--out", "a.png", "--bearings", "1"), ["--bearings", "2"]),
+        (("--out", "a.png", "--casts", "0"), ["--casts", "1"]),
+        (("--out", "a.png", "--casts", "many"), ["--casts", "integer"]),
+        (("--out", "a.png", "--seed", "-1"), ["--seed", "0"]),
+        (("--out", "a.png", "--workers", "0"), ["--workers", "1"]),
+        (("--out", "a.png", "--planner", "newton"), ["--planner", "newton"]),
+        (("--out", "a.png", "--planner", "gradient", "--solver", "snopt"), ["'gradient' has none"]),
+        (("--out", "a.png", "--scenario", "none.yaml"), ["none.yaml", "name a readable YAML file"]),
+        (("--out", "a.png", "--model", "none.model"), ["none.model", "wam-cast fit"]),
+    ],
+)
+def test_wrong_input_gets_one_line_before_any_work(cli, folder, words, parts):
+    result = cli("map", *words)
+    assert (result.code, result.out) == (2, "")
+    (line,) = result.err.splitlines()
+    assert line.startswith("error: ")
+    for part in parts:
+        assert part in line
+    assert not list(folder.iterdir())
+
+
+@pytest.mark.usefixtures("floor_without_physics")
+def test_an_interruption_leaves_nothing_behind(cli, folder, monkeypatch):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(floor_map, "simulate_cast", interrupted)
+    result = cli("map", "--out", "map.png", *SMALL)
+    assert (result.code, result.out) == (130, "")
+    assert result.err.splitlines()[-1] == "interrupted"
+    assert not list(folder.iterdir())
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+def test_ctrl_c_amid_the_casts_shows_nothing_of_the_inside(start, folder):
+    words = "map --radii 2 --bearings 200 --planner gradient --workers 2 --out map.png"
+    running = start(*words.split())
+    assert [running.stderr.readline() for _ in range(2)] == ["planning\n", "casting\n"]
+    time.sleep(3)  # workers start, then casts fly
+    os.killpg(running.pid, signal.SIGINT)
+    out, err = running.communicate(timeout=60)
+    assert (running.returncode, out, err) == (130, "", "interrupted\n")
+    assert not list(folder.iterdir())

@@ -1,0 +1,131 @@
+"""How far a forward model's landing may be off: the posterior of the same kernel, corrected by what its own errors teach.
+
+A Gaussian process with the regression's kernel knows how far the training casts are, but takes the landing for equally
+rough everywhere. It is not: where the string buckles the model errs by ten times more than elsewhere, among training casts
+that are as dense. The errors that show it are there, since leave-one-out predicts each training cast from all the others.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
+
+from wam_cast.learning.kernel_ridge import KernelRidge, gaussian_kernel
+from wam_cast.learning.leave_one_out import tune_by_leave_one_out
+
+Array = NDArray[np.float64]
+
+TUNING_ROWS = 500
+"""Training casts that choose the correction's sigma and lambda: each try costs their number cubed."""
+
+START_SIGMA = 0.2
+"""Where that search starts, as a share of the bounds."""
+
+LEAST_RATIO = 1e-3
+"""Of an error to what the posterior foretells, below which all are alike: its logarithm has no lower end."""
+
+LEAST_EIGENVALUE = 1e-2
+"""Of the kernel matrix, in units of lambda, down to which its eigenvectors are kept."""
+
+
+@dataclass(frozen=True)
+class ErrorFit:
+    """What `LandingUncertainty` learned.
+
+    Attributes
+    ----------
+    sigma, regularization
+        Of the correction's kernel, a sigma for each parameter.
+    scale
+        By which held-out casts are farther off than foretold without it.
+    """
+
+    sigma: tuple[float, ...]
+    regularization: float
+    scale: float
+
+
+class LandingUncertainty:
+    """Standard deviation of the landing along the casting plane about its prediction.
+
+        std(x) = scale * posterior(x) * exp(g(x)),     posterior(x)^2 = 1 - k(x)^T (K + lambda I)^-1 k(x) + lambda
+
+    The posterior is that of a Gaussian process with the model's kernel (Rasmussen and Williams, Gaussian Processes for Machine
+    Learning, Eq. 2.26). g is a kernel ridge regression of its own, of the logarithm of the ratio of each training cast's
+    leave-one-out error to the posterior without that cast (their section 5.4.2). `scale` makes the errors of held-out casts as
+    large as foretold in the mean square.
+
+    Parameters
+    ----------
+    estimator
+        The fitted forward model; its first output is the landing.
+    log_ratios
+        What g is fitted to, shape (n_train,).
+    fit
+        What was learned before.
+    """
+
+    def __init__(self, estimator: KernelRidge, log_ratios: Array, fit: ErrorFit) -> None:
+        self.log_ratios, self.fit = log_ratios, fit
+        self._X_fit, self._offset = estimator.X_fit_, estimator.input_offset_
+        self._length_scale, self._regularization = estimator.length_scale_, estimator.regularization_
+        Z_fit = (self._X_fit - self._offset) / self._length_scale
+        self._whitening = _whitening(gaussian_kernel(Z_fit, Z_fit), self._regularization)
+        self._correction = KernelRidge(
+            sigma=fit.sigma, regularization=fit.regularization, input_bounds=estimator.input_bounds
+        ).fit(estimator.X_fit_, log_ratios)
+
+    @classmethod
+    def learn(cls, estimator: KernelRidge, X: Array, landing: Array) -> LandingUncertainty:
+        """Learn from the estimator's own training casts, and scale by held-out casts X (n, 3) that landed at `landing` (n,) [m]."""
+        residuals, inverse_diagonal = estimator.leave_one_out()
+        ratios = np.abs(residuals[:, 0]) * np.sqrt(inverse_diagonal)
+        # In units of a typical error, so that none is near the least ratio but those that are as good as zero.
+        unit = float(np.median(ratios)) or 1.0
+        log_ratios = np.log(ratios / unit + LEAST_RATIO) + np.log(unit)
+        rows = slice(None, None, max(1, len(log_ratios) // TUNING_ROWS))
+        tuned = tune_by_leave_one_out(
+            estimator.X_fit_[rows],
+            log_ratios[rows],
+            sigma0=[START_SIGMA] * X.shape[1],
+            input_bounds=estimator.input_bounds,
+        )
+        sigma = tuple(float(one) for one in np.broadcast_to(tuned.sigma, X.shape[1]))
+        uncertainty = cls(estimator, log_ratios, ErrorFit(sigma, float(tuned.regularization), 1.0))
+        normalized = (estimator.predict(X)[:, 0] - landing) / uncertainty.std(X)
+        uncertainty.fit = replace(uncertainty.fit, scale=float(np.sqrt(np.mean(normalized**2))))
+        return uncertainty
+
+    def std(self, X: Array) -> Array:
+        """Return the standard deviation [m], shape (n,), at casts of shape (n, 3)."""
+        K = gaussian_kernel(*((rows - self._offset) / self._length_scale for rows in (X, self._X_fit)))
+        variance = 1.0 - np.sum((K @ self._whitening.T) ** 2, axis=1)
+        variance = np.maximum(variance, 0.0) + self._regularization
+        return np.asarray(self.fit.scale * np.exp(self._correction.predict(X)) * np.sqrt(variance))
+
+    def expand(self, x: Array) -> tuple[float, Array]:
+        """Return the standard deviation [m] at one cast, shape (3,), and its derivative by the parameters in SI units, (3,)."""
+        offsets = (x - self._X_fit) / self._length_scale
+        kernel = np.exp(-np.einsum("ij,ij->i", offsets, offsets))
+        white = self._whitening @ kernel
+        variance = max(1.0 - float(white @ white), 0.0) + self._regularization
+        # d variance / dz = -2 white^T W dk / dz, with dk_n / dz = -2 (z - z_n) k_n
+        slope = 4.0 * ((white @ self._whitening) * kernel) @ offsets / self._length_scale
+        log_ratio, log_slope = self._correction.expand(x[np.newaxis])
+        std = self.fit.scale * float(np.exp(log_ratio[0])) * variance**0.5
+        return std, std * (log_slope[0] + slope / (2 * variance))
+
+
+def _whitening(K: Array, regularization: float) -> Array:
+    """Return W, shape (r, n), with W^T W = (K + lambda I)^-1 up to eigenvalues so small that they explain nothing.
+
+    As a sum of squares the explained variance keeps its digits, of which the product k^T (K + lambda I)^-1 k loses most where
+    there is little left to explain.
+    """
+    with threadpool_limits(1):  # several threads wait for each other where others work too
+        values, vectors = np.linalg.eigh(K)
+    kept = values > LEAST_EIGENVALUE * max(regularization, np.finfo(np.float64).eps)
+    return np.ascontiguousarray(vectors[:, kept].T / np.sqrt(values[kept] + regularization)[:, np.newaxis])

@@ -251,6 +251,7 @@ def noisy(monkeypatch):
     return scenario
 
 
+@pytest.mark.slow
 def test_seed_draws_the_noise_and_the_next_cup_takes_the_next_seed(cli, noisy, monkeypatch):
     words = ("throw", "--cup", "0.75", "--cup", "0.75", "--json")
     records = json.loads(cli(*words, "--seed", "4").out)

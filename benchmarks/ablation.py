@@ -39,10 +39,10 @@ def cells(one: Ablation) -> tuple[str, ...]:
         f"{hits.n_caught} of {hits.n_cups} ({low:.0%} to {high:.0%})",
         f"{one.n_clear} ({clear_low:.0%} to {clear_high:.0%})",
         ", ".join(f"{1e3 * value:.1f}" for value in numbers if value is not None),
-        f"{1e3 * one.least_slack:.1f}",
+        "-" if one.least_slack is None else f"{1e3 * one.least_slack:.1f}",
         str(one.n_taut),
         str(one.n_limit_hits),
-        f"{one.largest_share:.2f}",
+        "-" if one.largest_share is None else f"{one.largest_share:.2f}",
     )
 
 

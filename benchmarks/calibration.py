@@ -32,6 +32,7 @@ from wam_cast.learning.kernel_ridge import KernelRidge
 from wam_cast.learning.parts import OUTPUTS
 from wam_cast.learning.workers import Workers
 from wam_cast.planning.plan import METHODS, plan_cast
+from wam_cast.planning.reach import Reach
 from wam_cast.scenario import Noise, Scenario
 
 Array = NDArray[np.float64]
@@ -118,7 +119,7 @@ def _print_clear_entries(
 ) -> None:
     """Print how often plans enter the cup clear with the noise of a typical arm, and how often they are predicted to."""
     scenario = Scenario(noise=Noise.typical())
-    bound, cups = model.bound_to(scenario), draw_cups(model.reach, n_cups, seed)
+    bound, cups = model.bound_to(scenario), draw_cups(Reach.of(model), n_cups, seed)
     table = Table(
         "planner", "predicted", "executed", "95 % interval", title=f"clear entries, {n_cups} cups, noise on"
     )

@@ -1,34 +1,43 @@
 """How often the ball ends in the cup, by how much the landing misses its middle, and how small the cup may be.
 
-    python benchmarks/hit_rate.py [--cups 200] [--seed 0] [--region line|floor] [--noise] [--smallest] [--workers N]
+    python benchmarks/hit_rate.py [--cups 200] [--seed 0] [--region line|floor] [--noise] [--smallest] [--planner NAME]
 
 Cups are drawn at random over the reach of the reference model, on the line y = 0 or over the floor that joint 1 can turn to, where
 the turn is part of every cast. `--noise` executes with what is typical of a real arm, and plans for it. `--smallest` lowers the
-cup's inner radius, millimetre by millimetre from 30 mm, for as long as at least 98 % are caught, and tells where that ends.
+cup's inner radius, millimetre by millimetre from 30 mm, for as long as at least 98 % are caught, and tells where that ends. Beside
+the planners, grid search and CMA-ES on the model may be named, at as many evaluations as the program uses about.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from typing import cast
 
 from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
+from wam_cast.cast import Cast
 from wam_cast.evaluation.experiment.seeds import Purpose, derived_seed
+from wam_cast.evaluation.planners.contenders import predicted_miss
 from wam_cast.evaluation.planners.trials import Hits, Position, Trial, draw_cups, execute, summarize
 from wam_cast.learning.forward_model import ForwardModel, reference_model
 from wam_cast.learning.storage import current_versions
 from wam_cast.learning.workers import Workers
+from wam_cast.planning.black_box import Search, search_cast
 from wam_cast.planning.plan import METHODS, Method, plan_cast
+from wam_cast.planning.reach import Reach, to_polar
 from wam_cast.scenario import Cup, Noise, Scenario
 
 KINDS = {"nearly inelastic": 0.25, "lively": 0.6}
 RADII = [radius / 1000 for radius in range(30, 20, -1)]
 LEAST_RATE = 0.98
 
-Throw = Callable[[ForwardModel, Method, str], Hits]
+BUDGET = 600
+"""Evaluations of the model that a search has for each cup: about what the program uses."""
+
+Throw = Callable[[ForwardModel, str, str], Hits]
 
 
 def main() -> None:
@@ -40,14 +49,20 @@ def main() -> None:
     arguments.add_argument("--region", choices=("line", "floor"), default="line")
     arguments.add_argument("--noise", action="store_true")
     arguments.add_argument("--smallest", action="store_true")
+    arguments.add_argument(
+        "--planner",
+        action="append",
+        choices=(*METHODS, "grid", "cma-es"),
+        help="repeatable; both planners without it",
+    )
     arguments.add_argument("--workers", type=int, help="by default one for each processor")
     options = arguments.parse_args()
     model = reference_model()
     noise = Noise.typical() if options.noise else Noise()
-    cups = draw_cups(model.reach, options.cups, options.seed, options.region)
+    cups = draw_cups(Reach.of(model), options.cups, options.seed, options.region)
     with Workers(options.workers) as workers, Progress(console=Console(stderr=True), transient=True) as bar:
 
-        def throw(bound: ForwardModel, method: Method, name: str) -> Hits:
+        def throw(bound: ForwardModel, method: str, name: str) -> Hits:
             trials = _plan(bound, cups, method, options.seed)
             task = bar.add_task(name, total=len(trials))
             outcomes = execute(bound.scenario, trials, workers, lambda n: bar.update(task, completed=n))
@@ -55,7 +70,7 @@ def main() -> None:
             return summarize(trials, outcomes)
 
         study = _smallest if options.smallest else _rates
-        table = study(model, noise, throw)
+        table = study(model, noise, options.planner or METHODS, throw)
     nearest, farthest = model.reach
     versions = ", ".join(f"{name} {number}" for name, number in current_versions().items())
     table.caption = (
@@ -65,14 +80,27 @@ def main() -> None:
     Console().print(table)
 
 
-def _plan(model: ForwardModel, cups: list[Position], method: Method, seed: int) -> list[Trial]:
+def _plan(model: ForwardModel, cups: list[Position], method: str, seed: int) -> list[Trial]:
     return [
-        Trial(plan_cast(model, cup, method).cast, cup, derived_seed(seed, Purpose.NOISE, i))
+        Trial(
+            _cast(model, cup, method, derived_seed(seed, Purpose.SEARCH, i)),
+            cup,
+            derived_seed(seed, Purpose.NOISE, i),
+        )
         for i, cup in enumerate(cups)
     ]
 
 
-def _rates(model: ForwardModel, noise: Noise, throw: Throw) -> Table:
+def _cast(model: ForwardModel, cup: Position, method: str, seed: int) -> Cast:
+    if method in METHODS:
+        return plan_cast(model, cup, cast("Method", method)).cast
+    radius, bearing = to_polar(cup)
+    objective = predicted_miss(model, radius)
+    found = search_cast(cast("Search", method), model.scenario, objective, BUDGET, seed=seed)
+    return Cast.from_array(found.parameters, bearing)
+
+
+def _rates(model: ForwardModel, noise: Noise, methods: Sequence[str], throw: Throw) -> Table:
     table = Table(
         "planner",
         "cup",
@@ -82,7 +110,7 @@ def _rates(model: ForwardModel, noise: Noise, throw: Throw) -> Table:
         "lateral: median, P95, max [mm]",
         "not caught",
     )
-    for method, kind, cup in _settings():
+    for method, kind, cup in _settings(methods):
         hits = throw(model.bound_to(Scenario(cup=cup, noise=noise)), method, f"{method}, {kind}")
         table.add_row(
             method,
@@ -95,9 +123,9 @@ def _rates(model: ForwardModel, noise: Noise, throw: Throw) -> Table:
     return table
 
 
-def _smallest(model: ForwardModel, noise: Noise, throw: Throw) -> Table:
+def _smallest(model: ForwardModel, noise: Noise, methods: Sequence[str], throw: Throw) -> Table:
     table = Table("planner", "cup", "inner radius [mm]", "caught", "95 % interval", "not caught")
-    for method, kind, cup in _settings():
+    for method, kind, cup in _settings(methods):
         for radius in RADII:
             smaller = cup.model_copy(update={"inner_radius": radius})
             hits = throw(
@@ -111,8 +139,8 @@ def _smallest(model: ForwardModel, noise: Noise, throw: Throw) -> Table:
     return table
 
 
-def _settings() -> Iterator[tuple[Method, str, Cup]]:
-    for method in METHODS:
+def _settings(methods: Sequence[str]) -> Iterator[tuple[str, str, Cup]]:
+    for method in methods:
         for kind, restitution in KINDS.items():
             yield method, kind, Cup(restitution=restitution)
 
@@ -124,7 +152,8 @@ def _caught(hits: Hits) -> tuple[str, str]:
 
 def _millimetres(hits: Hits, name: str) -> str:
     statistics = getattr(hits, name)
-    return ", ".join(f"{1e3 * value:.1f}" for value in (statistics.median, statistics.p95, statistics.max))
+    values = (statistics.median, statistics.p95, statistics.max)
+    return ", ".join("-" if value is None else f"{1e3 * value:.1f}" for value in values)
 
 
 def _failures(hits: Hits) -> str:

@@ -16,13 +16,16 @@ MODULES = {
 }
 
 # What each layer may import besides itself, by prefix; the longest prefix of a module's name decides.
-BASE = [f"wam_cast.{name}" for name in ("version", "errors", "files", "arm_model", "scenario", "cast")]
+BASE = [
+    f"wam_cast.{name}" for name in ("version", "errors", "files", "threads", "arm_model", "scenario", "cast")
+]
 ALLOWED = {
     "wam_cast": ["wam_cast"],  # the lazy front door names everything
     "wam_cast.__main__": ["wam_cast"],
     "wam_cast.version": [],
     "wam_cast.errors": [],
     "wam_cast.files": ["wam_cast.errors"],
+    "wam_cast.threads": [],
     "wam_cast.arm_model": [],
     "wam_cast.scenario": ["wam_cast.errors", "wam_cast.arm_model"],
     "wam_cast.cast": ["wam_cast.errors", "wam_cast.scenario"],

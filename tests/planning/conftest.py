@@ -54,6 +54,7 @@ class ClosedForm:
         return Expansion(outputs[0], gradient[0], float(std), std_gradient / self.span)
 
     def landing_with_gradient(self, casts):
+        self.calls["landing_with_gradient"] += len(casts)
         outputs, gradient = self._evaluate(casts)
         return outputs[:, 0], gradient[:, 0]
 

@@ -7,7 +7,8 @@ import pytest
 from pydrake.autodiffutils import ExtractGradient, ExtractValue, InitializeAutoDiff
 
 from wam_cast.cast import cast_bounds, is_allowed
-from wam_cast.planning.chance import repeatability
+from wam_cast.errors import InputError
+from wam_cast.planning.chance import N_SCATTER_CASTS, repeatability
 from wam_cast.planning.plan import SOLVERS
 from wam_cast.planning.program import (
     BOUNDS_DEVIATIONS,
@@ -239,7 +240,7 @@ def test_a_solution_that_lands_is_kept_before_a_cheaper_one_that_does_not(make_m
     model.functions["angle"] = (lambda s: np.where(s[:, 0] < 0.3, 0.0, 0.5)), np.zeros_like
     solution = plan_by_program(model, 0.64)
     assert landing(model, solution) == pytest.approx(0.64, abs=1e-6)
-    assert solution.reason == "SNOPT reached the cup from 1 of 2 starts, with 1 distinct solution"
+    assert solution.reason.startswith("SNOPT reached the cup from 1 of 2 starts, with 1 distinct solution;")
 
 
 def test_beyond_the_models_reach_it_says_so(make_model):
@@ -351,14 +352,41 @@ def test_the_move_duration_is_a_linear_constraint_in_scaled_parameters(curved_mo
 
 def test_evaluations_are_counted_and_shared_by_cost_and_constraints(curved_model):
     solution = plan_by_program(curved_model, 0.8)
-    assert solution.n_evaluations == curved_model.calls["expand"] > N_STARTS
+    assert solution.n_evaluations == sum(
+        curved_model.calls[name] for name in ("expand", "landing_with_gradient")
+    )
     evaluator = build_program(curved_model, 0.8).evaluator
     at = np.array([0.3, 0.6, 0.2])
     evaluator.outputs(at)
-    evaluator.log_spread(at)
+    evaluator.outputs(at)
     assert evaluator.n_evaluations == 1
+    evaluator.log_spread(at)
+    assert evaluator.n_evaluations == 1 + N_SCATTER_CASTS
     evaluator.outputs(at + 1e-9)
-    assert evaluator.n_evaluations == 2
+    assert evaluator.n_evaluations == 2 + N_SCATTER_CASTS
+
+
+def test_the_reason_names_the_solvers_result_and_what_the_plan_violates(curved_model, make_model):
+    assert plan_by_program(curved_model, 0.8).reason.endswith("the best one: kSolutionFound")
+    taut = make_model(along=(0.4, 0, 0.2, 0.2), slack=0.001)  # of no cast is the string slack
+    solution = plan_by_program(taut, 0.6)
+    assert "from 0 of 3 starts, with 0 distinct solutions" in solution.reason
+    assert solution.reason.endswith(", against slack of the string, at least 6 mm")
+    assert "kSolutionFound" not in solution.reason
+
+
+@pytest.mark.parametrize("noise", [Noise(torque=0.01), Noise(encoder_counts=4096)])
+@pytest.mark.parametrize("term", TERMS)
+def test_noise_that_is_not_of_the_move_needs_no_term(curved_model, noise, term):
+    curved_model.scenario = Scenario(noise=noise)
+    solution = plan_by_program(curved_model, 0.8, without=(term,))
+    assert landing(curved_model, solution) == pytest.approx(0.8, abs=1e-5)
+
+
+@pytest.mark.parametrize("radius", [math.nan, math.inf])
+def test_a_program_for_nowhere_is_refused(curved_model, radius):
+    with pytest.raises(InputError, match=r"radius = (nan|inf) must be a finite number"):
+        build_program(curved_model, radius)
 
 
 def test_the_program_reads_as_what_it_is(curved_model):
@@ -373,4 +401,4 @@ def test_the_program_reads_as_what_it_is(curved_model):
         "spread by clear offset, logarithm",
     ):
         assert part in text
-    assert "cast(2)" in text
+    assert all(f"{name}(0)" in text for name in ("distance", "speed", "wait"))

@@ -25,6 +25,7 @@ from wam_cast.learning.parts import OUTPUTS, Part, split_casts
 from wam_cast.learning.tuning import TuningResult
 from wam_cast.learning.uncertainty import ErrorFit, LandingUncertainty
 from wam_cast.scenario import Scenario
+from wam_cast.threads import one_thread
 
 if TYPE_CHECKING:
     from wam_cast.learning.dataset import CastDataset
@@ -258,8 +259,9 @@ class ForwardModel:
                 f"({stored.fingerprint}, now {own.fingerprint}); fit it anew with: wam-cast fit"
             )
         estimator = _estimator(own, stored.info.sigma, stored.info.regularization)
-        estimator.fit(stored.known_casts, stored.known_outputs)
-        uncertainty = LandingUncertainty(estimator, stored.known_log_ratios, stored.error_fit)
+        with one_thread():
+            estimator.fit(stored.known_casts, stored.known_outputs)
+            uncertainty = LandingUncertainty(estimator, stored.known_log_ratios, stored.error_fit)
         model = cls(own, estimator, uncertainty, stored.known_outputs, stored.reach, stored.info)
         try:
             return model if scenario is None else model.bound_to(scenario)

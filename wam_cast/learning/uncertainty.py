@@ -11,15 +11,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
 
 from wam_cast.learning.kernel_ridge import KernelRidge, gaussian_kernel
 from wam_cast.learning.leave_one_out import tune_by_leave_one_out
+from wam_cast.threads import one_thread
 
 Array = NDArray[np.float64]
 
 TUNING_ROWS = 500
-"""Training casts that choose the correction's sigma and lambda: each try costs their number cubed."""
+"""At least so many training casts, and less than twice as many, choose the correction's sigma and lambda: each try costs their
+number cubed."""
 
 START_SIGMA = 0.2
 """Where that search starts, as a share of the bounds."""
@@ -125,7 +126,7 @@ def _whitening(K: Array, regularization: float) -> Array:
     As a sum of squares the explained variance keeps its digits, of which the product k^T (K + lambda I)^-1 k loses most where
     there is little left to explain.
     """
-    with threadpool_limits(1):  # several threads wait for each other where others work too
+    with one_thread():
         values, vectors = np.linalg.eigh(K)
     kept = values > LEAST_EIGENVALUE * max(regularization, np.finfo(np.float64).eps)
     return np.ascontiguousarray(vectors[:, kept].T / np.sqrt(values[kept] + regularization)[:, np.newaxis])

@@ -16,6 +16,7 @@ from wam_cast.errors import InputError
 from wam_cast.planning.chance import Spread, clear_entry_probability, landing_spread
 from wam_cast.planning.predictor import Predictor
 from wam_cast.planning.reach import Reach, checked_polar
+from wam_cast.threads import one_thread
 
 Array = NDArray[np.float64]
 Method = Literal["program", "gradient"]
@@ -48,7 +49,7 @@ class Plan:
         Its distance from the cup's axis [m].
     predicted_spread
         By how much the landing is uncertain along and across the casting plane, standard deviations [m]: the model's own error and
-        the scenario's noise.
+        the scenario's noise of the move and the swing.
     predicted_entry_angle, predicted_entry_speed
         Of the ball at the rim plane: from the vertical [rad], and [m/s].
     predicted_slack
@@ -63,7 +64,7 @@ class Plan:
     method
         Name of the planner.
     n_evaluations
-        How often the planner evaluated the model.
+        How many casts the planner asked the model about, with or without gradients.
     n_solutions
         How many distinct casts the planner found that are predicted to land in the cup's middle; this is the best of them. The
         descent looks for one only.
@@ -124,8 +125,11 @@ def plan_cast(
     cup = checked_cup(cup)
     _check_method(method, solver)
     radius, bearing = checked_polar(Reach.of(model), cup)
-    solution = _planner(method, solver or SOLVERS[0])(model, radius)
-    prediction = model.predict(solution.parameters[np.newaxis])[0]
+    planner = _planner(method, solver or SOLVERS[0])
+    with one_thread():
+        solution = planner(model, radius)
+        prediction = model.predict(solution.parameters[np.newaxis])[0]
+        spread = landing_spread(model, solution.parameters, model.scenario.noise)
     along, across, entry_angle, entry_speed, slack, load, speed = (float(value) for value in prediction)
     # The casting plane is turned by what the ball is expected to land beside it.
     cast = Cast.from_array(solution.parameters, bearing - math.atan2(across, along))
@@ -134,7 +138,6 @@ def plan_cast(
     miss = float(np.linalg.norm(landing - cup))
     # Turned that way, the ball is expected on the line from the base axis to the cup.
     offset = (math.hypot(along, across) - radius, 0.0)
-    spread = landing_spread(model, solution.parameters, model.scenario.noise)
     return Plan(
         cup=cup,
         cast=cast,

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +17,9 @@ from pydrake.autodiffutils import ExtractGradient, ExtractValue, InitializeAutoD
 from pydrake.solvers import IpoptSolver, MathematicalProgram, NloptSolver, SnoptSolver, SolverOptions
 from scipy.special import expit
 
-from wam_cast.cast import cast_bounds, nearest_allowed
-from wam_cast.planning.chance import STEEP, repeatability, scatter_of_move
+from wam_cast.cast import PARAMETERS, cast_bounds, nearest_allowed
+from wam_cast.errors import InputError
+from wam_cast.planning.chance import N_SCATTER_CASTS, STEEP, repeatability, scatter_of_move
 from wam_cast.planning.plan import Solution, Solver
 from wam_cast.planning.predictor import ALONG, ENTRY_ANGLE, PEAK_LOAD, PEAK_SPEED, SLACK, Expansion, Predictor
 
@@ -60,6 +61,9 @@ SAME_SOLUTION = 0.02
 
 MAX_ITERATIONS = 40
 """Of a solver from one start."""
+
+SATISFIED = 1e-3
+"""By how much a solution may violate a constraint, in the units that the solver sees: 0.01 mm of the landing."""
 
 TOLERANCE = 1e-4
 """To which a solver's optimum holds, in the units of cost and constraint."""
@@ -132,6 +136,7 @@ class Evaluator:
             slope += 2 * expansion.std * expansion.std_gradient
         if "repeatability" in self._terms:
             mean_square, gradient = scatter_of_move(self._model, self.lower + self.span * scaled, self._noise)
+            self.n_evaluations += N_SCATTER_CASTS
             variance += mean_square
             slope += gradient
         clear, clear_slope = self._clear_offset(expansion)
@@ -158,11 +163,21 @@ class Evaluator:
 
 
 def build_program(model: Predictor, radius: float, *, without: tuple[Term, ...] = ()) -> CastProgram:
-    """Return the program for a cup at `radius` [m]; leave terms out to see what they are for."""
+    """Return the program for a cup at `radius` [m]; leave terms out to see what they are for.
+
+    Raises
+    ------
+    InputError
+        If the radius is not a finite number.
+    """
+    if not math.isfinite(radius):
+        raise InputError(
+            f"radius = {radius} must be a finite number: the cup's distance from the base axis in metres"
+        )
     terms = frozenset(TERMS) - frozenset(without)
     scenario, evaluator = model.scenario, Evaluator(model, terms)
     program = MathematicalProgram()
-    decision = program.NewContinuousVariables(3, "cast")
+    decision = np.array([program.NewContinuousVariables(1, name)[0] for name in PARAMETERS])
     bounds = program.AddBoundingBoxConstraint(evaluator.margin, 1.0 - evaluator.margin, decision)
     bounds.evaluator().set_description("bounds")
     # distance >= speed * min_move_duration, in scaled variables
@@ -180,12 +195,25 @@ def build_program(model: Predictor, radius: float, *, without: tuple[Term, ...] 
         bound = program.AddConstraint(value, lb=[low / unit], ub=[high / unit], vars=decision)
         bound.evaluator().set_description(name)
 
-    constrain("landing in the cup's middle", ALONG, LANDING_UNIT, radius, radius)
+    constrain(f"landing in the cup's middle, at {radius:.4g} m", ALONG, LANDING_UNIT, radius, radius)
     if "slack" in terms:
-        constrain("slack of the string", SLACK, LANDING_UNIT, LEAST_SLACK * scenario.string.length, np.inf)
+        least = LEAST_SLACK * scenario.string.length
+        constrain(f"slack of the string, at least {1e3 * least:.3g} mm", SLACK, LANDING_UNIT, least, np.inf)
     if "limits" in terms:
-        constrain("motors' torque", PEAK_LOAD, 1.0, -np.inf, LARGEST_SHARE)
-        constrain("joints' speed", PEAK_SPEED, 1.0, -np.inf, LARGEST_SHARE)
+        constrain(
+            f"motors' torque, at most {LARGEST_SHARE:.0%} of the limits",
+            PEAK_LOAD,
+            1.0,
+            -np.inf,
+            LARGEST_SHARE,
+        )
+        constrain(
+            f"joints' speed, at most {LARGEST_SHARE:.0%} of the limits",
+            PEAK_SPEED,
+            1.0,
+            -np.inf,
+            LARGEST_SHARE,
+        )
     cost = program.AddCost(lambda scaled: _carry(evaluator.log_spread, scaled, slice(1))[0], vars=decision)
     cost.evaluator().set_description("spread by clear offset, logarithm")
     return CastProgram(program, decision, evaluator)
@@ -212,26 +240,46 @@ def plan_by_program(
     options = SolverOptions()
     for name, value in values.items():
         options.SetOption(make_solver.id(), name, value)
-    found: list[tuple[bool, bool, float, Array]] = []
+    found: list[_Found] = []
     for start in _starts(model, evaluator, radius):
         result = make_solver().Solve(built.program, start, options)
         # NLopt gives no numbers where there is no solution.
         scaled = result.GetSolution(built.decision)
         scaled = np.clip(scaled if np.all(np.isfinite(scaled)) else start, 0.0, 1.0)
         misses = not abs(evaluator.outputs(scaled)[0][ALONG] - radius) <= 0.1 * LANDING_UNIT
-        violates = not built.program.CheckSatisfied(built.program.GetAllConstraints(), scaled, 1e-3)
-        found.append((bool(misses), violates, float(evaluator.log_spread(scaled)[0][0]), scaled))
-    # Solutions that land come first, of these the ones that keep all constraints, and of these the one of least cost.
-    *_, scaled = min(found, key=lambda solution: solution[:3])
-    landing = [scaled for misses, *_, scaled in found if not misses]
+        violated = tuple(
+            binding.evaluator().get_description()
+            for binding in built.program.GetAllConstraints()
+            if not built.program.CheckSatisfied(binding, scaled, SATISFIED)
+        )
+        cost = float(evaluator.log_spread(scaled)[0][0])
+        found.append(
+            _Found(bool(misses), len(violated), cost, scaled, violated, result.get_solution_result().name)
+        )
+    # Solutions that land come first, of these the ones that keep most constraints, and of these the one of least cost.
+    best = min(found, key=lambda one: one[:3])
+    landing = [one.scaled for one in found if not one.misses and not one.violated]
     n_distinct = _count_distinct(landing)
     reason = (
         f"{solver.upper()} reached the cup from {len(landing)} of {len(found)} starts, "
-        f"with {n_distinct} distinct solution{'' if n_distinct == 1 else 's'}"
+        f"with {n_distinct} distinct solution{'' if n_distinct == 1 else 's'}; the best one: {best.result}"
     )
+    if best.violated:
+        reason += f", against {', '.join(best.violated)}"
     # The solver keeps its constraints up to a tolerance.
-    parameters = nearest_allowed(model.scenario, evaluator.lower + evaluator.span * scaled)
+    parameters = nearest_allowed(model.scenario, evaluator.lower + evaluator.span * best.scaled)
     return Solution(parameters, evaluator.n_evaluations, reason, n_distinct)
+
+
+class _Found(NamedTuple):
+    """Where a solver ended: whether off the cup, how many constraints it violates, its cost, scaled parameters, which, and why."""
+
+    misses: bool
+    n_violated: int
+    cost: float
+    scaled: Array
+    violated: tuple[str, ...]
+    result: str
 
 
 def _count_distinct(solutions: list[Array]) -> int:

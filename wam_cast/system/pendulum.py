@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
@@ -12,6 +14,7 @@ from wam_cast.system.outcome import GRAVITY
 Array = NDArray[np.float64]
 
 
+@lru_cache(maxsize=16)
 def swing_frequency(string: String, ball: Ball) -> float:
     """Return the lowest frequency [rad/s] of small swings below a hook at rest, without damping.
 
@@ -39,7 +42,7 @@ def hand_above(
     Hand and ball are a flat system, whose flat output is the ball: a taut string pulls along a + g z, so the hand is
     g / frequency^2, the length of the pendulum that swings with `frequency` [rad/s], up in that direction. For small angles that
     is p_WL + a_WL / frequency^2 (with the length above it). Where the ball's velocity, acceleration and jerk are zero, so is the
-    hand's velocity; where two further derivatives are as well, so is its acceleration.
+    hand's velocity; where its next derivative is as well, so is the hand's acceleration.
     """
     length = GRAVITY / frequency**2
     pull = a_WL + np.array([0.0, 0.0, GRAVITY])

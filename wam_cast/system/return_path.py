@@ -19,6 +19,7 @@ from itertools import accumulate
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BPoly
+from scipy.optimize import brentq
 
 from wam_cast.scenario import Scenario
 from wam_cast.system.outcome import GRAVITY
@@ -47,6 +48,9 @@ BELOW_RIM = 0.020
 CLIMB_SPEED = 0.03
 """Of the hand, upward, as it pulls the ball over the wall [m/s]."""
 
+LARGEST_SLANT = 1.2
+"""Of the string from the vertical, to which it may be pulled [rad]."""
+
 CLIMB_SLANT = 0.2
 """Of the string at that, at least [rad]: with less the ball is squeezed between wall and string, and shoots out."""
 
@@ -61,8 +65,8 @@ class Return:
     far
         The hand's radius at the end of the drop [m].
     cup_radius
-        Of the cup's axis, along the casting plane [m]; a cup that no cast could reach is taken to stand at the nearest place
-        that one could. Without a cup the hand goes straight up, and the ball is taken to hang at rest then.
+        Of the cup's axis, along the casting plane [m]. Without a cup, or with one so far that the arm cannot lift a ball out of
+        it, the hand goes straight up, and the ball is taken to hang at rest then.
 
     Attributes
     ----------
@@ -98,8 +102,7 @@ class Return:
     def _out_of_cup(self, start: Array, cup_radius: float) -> list[tuple[Piece, float]]:
         """Return the pieces that draw the ball against the wall and then lift it out, and the way home."""
         motion, cup, ball = self._scenario.motion, self._scenario.cup, self._scenario.ball
-        farthest = self._reach(motion.start_height) + 0.3 * self._length
-        cup_radius = min(max(cup_radius, motion.start_radius), farthest)
+        cup_radius = max(cup_radius, motion.start_radius)
         low = cup.bottom_thickness + ball.radius + LIFTED
         wall = cup_radius - (cup.inner_radius - ball.radius)
         side = -1.0
@@ -107,7 +110,12 @@ class Return:
             wall - self._length * math.sin(SLANT) < motion.start_radius
         ):  # no room for the hand on the near side
             wall, side = 2 * cup_radius - wall, 1.0
-        slant = self._slant(wall, low, side)
+        slant, slant_on_edge = (
+            self._slant(wall, low, side),
+            self._slant_on_edge(cup_radius - cup.outer_radius),
+        )
+        if slant is None or slant_on_edge is None:
+            return self._straight_up(start)
         tight = _above(wall, low, side * slant, self._length)
         slack = tight - (SLACK + LIFTED) * np.array([side * math.sin(slant), math.cos(slant)])
         drawing: list[tuple[Piece, float]] = [
@@ -116,7 +124,7 @@ class Return:
         ]
         leave = cup.rim_height - BELOW_RIM
         if wall > self._reach(leave + self._length):
-            return drawing + self._over_the_wall(tight, cup_radius - cup.outer_radius)
+            return drawing + self._over_the_wall(tight, cup_radius - cup.outer_radius, slant_on_edge)
         slide = _Slide(wall, (low, leave), (side * slant, 0.0), self._length, motion.slide_duration)
         above = _above(wall, leave, 0.0, self._length)
         top = np.array([wall, motion.start_height])
@@ -126,34 +134,45 @@ class Return:
         ]
         return drawing + lifting + [self._retreat(top)]
 
-    def _over_the_wall(self, tight: Array, edge: float) -> list[tuple[Piece, float]]:
+    def _over_the_wall(self, tight: Array, edge: float, slant: float) -> list[tuple[Piece, float]]:
         """Return the pieces that pull the ball over a wall whose outer edge is at radius `edge` [m], and the way home.
 
-        The ball lies on the edge when the taut string lets it: with the hand rising at speed v and the string at slant phi, it
-        slides along the flat top at v / tan(phi), so the string turns at v / (length sin(phi)).
+        The ball lies on the edge when the string, taut at `slant` [rad], lets it: with the hand rising at speed v it slides along
+        the flat top at v / tan(slant), so the string turns at v / (length sin(slant)).
         """
         motion = self._scenario.motion
-        on_edge = self._scenario.cup.rim_height + self._scenario.ball.radius
-        radius = edge - self._length * math.sin(CLIMB_SLANT)
-        for _ in range(20):  # the hand's height and how far it may go outward hang together
-            slant = math.asin((edge - radius) / self._length)
-            hand = _above(edge, on_edge, -slant, self._length)
-            radius = min(self._reach(hand[1]), edge - self._length * math.sin(CLIMB_SLANT))
+        hand = _above(edge, self._on_edge, -slant, self._length)
         duration = motion.slide_duration + motion.lift_duration
         climb = _Line(tight, hand, duration, np.array([0.0, CLIMB_SPEED]))
         return [(climb, duration), self._retreat(hand, slant, CLIMB_SPEED)]
+
+    @property
+    def _on_edge(self) -> float:
+        """Height [m] of a ball's centre on the rim."""
+        return self._scenario.cup.rim_height + self._scenario.ball.radius
+
+    def _slant_on_edge(self, edge: float) -> float | None:
+        """Return the least slant [rad] at which the hand can hold a ball on the rim at radius `edge` [m]; None if there is none."""
+
+        def room(slant: float) -> float:
+            radius, height = _above(edge, self._on_edge, -slant, self._length)
+            return float(self._reach(height) - radius)
+
+        if room(CLIMB_SLANT) >= 0:
+            return CLIMB_SLANT
+        return float(brentq(room, CLIMB_SLANT, LARGEST_SLANT)) if room(LARGEST_SLANT) >= 0 else None
 
     def _reach(self, height: float) -> float:
         """Return the largest radius [m] at which the hand can be at `height` [m]."""
         below = self._scenario.arm.mount_height - SHOULDER_DEPTH - height
         return math.sqrt(max(REACH**2 - below**2, 0.0))
 
-    def _slant(self, wall: float, low: float, side: float) -> float:
+    def _slant(self, wall: float, low: float, side: float) -> float | None:
         """Return the slant [rad] nearest to `SLANT` at which the hand reaches: the greater, the nearer to the ball's inner side."""
-        slants = np.linspace(SLANT, 0.0 if side > 0 else 1.2, 200)
+        slants = np.linspace(SLANT, 0.0 if side > 0 else LARGEST_SLANT, 200)
         hands = [_above(wall, low, side * slant, self._length) for slant in slants]
         reachable = [radius <= self._reach(height) for radius, height in hands]
-        return float(slants[int(np.argmax(reachable))])
+        return float(slants[int(np.argmax(reachable))]) if any(reachable) else None
 
     def _retreat(self, hand: Array, slant: float = 0.0, speed: float = 0.0) -> tuple[Piece, float]:
         """Return the way home from where the ball hangs outward of the hand by `slant` [rad], and its duration [s].

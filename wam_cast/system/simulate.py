@@ -20,7 +20,7 @@ def _shared_simulator(scenario: Scenario) -> CastSimulator:
     return CastSimulator(scenario)
 
 
-_one_at_a_time = threading.Lock()
+_one_at_a_time = threading.RLock()  # whoever is told of an outcome may simulate something else
 
 
 def simulate_cast(

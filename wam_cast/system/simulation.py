@@ -119,8 +119,9 @@ class CastSimulator:
     ) -> list[Outcome]:
         """Simulate `throws` after each other in one go, up to the last one's outcome.
 
-        Arm, string and ball go on from cast to cast as the return left them, whatever became of the ball; only a simulation that
-        broke down starts anew, from rest at home. One cup stands on the floor at a time: it is moved to its next place at the
+        Arm, string and ball go on from cast to cast as the return left them. A ball that missed would swing on for minutes, and
+        nothing measures it: someone puts it to rest, so that the next cast starts anew, from rest at home; so it does after
+        a return that met a limit or broke down. One cup stands on the floor at a time: it is moved to its next place at the
         end of each return, when the ball hangs clear. The clock starts anew with each turn.
 
         Throw i has the noise of `noise_seed + i`; of noise's initial swing only the first has any, the others have what the
@@ -142,7 +143,7 @@ class CastSimulator:
     ) -> list[CastRecording]:
         """Simulate `throws` as `simulate_sequence` does, on to the end of the last return, and keep all of it.
 
-        Each recording begins with the state that the one before it ended with.
+        Each recording begins with the state that the one before it ended with, if its ball was caught.
         """
         recordings = []
         for run, outcome in self._sequence(throws, noise_seed, returns_at_end=True):
@@ -155,16 +156,20 @@ class CastSimulator:
         self, throws: Sequence[Throw], noise_seed: int, *, returns_at_end: bool
     ) -> Iterator[tuple[_Run, Outcome]]:
         noise_seed = checked_whole_number("noise_seed", noise_seed, 0)
-        for throw in throws:
-            checked_cup(throw.cup)  # before anything is simulated
+        for throw in throws:  # before anything is simulated
+            checked_cup(throw.cup)
+            self._flight.check_bearing(throw.cast.bearing, is_first=throw is throws[0])
         start = None
         for i, throw in enumerate(throws):
             run = self._run(throw.cast, throw.cup, noise_seed + i, start)
             outcome = self._judge(run)
-            if returns_at_end or i + 1 < len(throws):
+            start = None
+            if returns_at_end or (outcome.is_caught and i + 1 < len(throws)):
                 outcome = self._return(run, outcome)
+                if outcome.is_caught and not outcome.return_faults:
+                    # Now, since whoever is told of the outcome may simulate something else.
+                    start = self._end_of(run)
             yield run, outcome
-            start = None if run.breakdown is not None else self._end_of(run)
 
     def _run(
         self, cast: Cast, cup: tuple[float, float] | None, noise_seed: int, start: _Start | None = None
@@ -199,11 +204,7 @@ class CastSimulator:
         return replace(outcome, return_faults=(*faults, *(["diverged"] if run.breakdown is not None else [])))
 
     def _end_of(self, run: _Run) -> _Start:
-        station, simulator = self._scene
-        context = simulator.get_context()
-        held = station.hold.GetMyContextFromRoot(context).get_discrete_state_vector()
-        state = context.get_continuous_state_vector().CopyToVector()
-        return _Start(state, held.CopyToVector(), run.cast.bearing)
+        return _Start(self._scene[1].get_context().Clone(), run.cast.bearing)
 
     def _recording(self, run: _Run, outcome: Outcome) -> CastRecording:
         times, states, torques = self._logs(run)
@@ -246,7 +247,7 @@ class CastSimulator:
         context = simulator.get_mutable_context()
         self._set_start(self._flight, context, run)
         if run.start is not None:
-            _load(self._flight, context, run.start.state, run.start.torque)
+            _load(self._flight, context, self._scene[0], run.start.context)
         simulator.Initialize()
         plant_context = self._flight.plant.GetMyContextFromRoot(context)
         period, n_look, n = self.scenario.controller.period, LOOK_PERIODS, 0
@@ -289,8 +290,7 @@ class CastSimulator:
         source, target = self._flight_simulator.get_context(), simulator.get_mutable_context()
         self._set_start(station, target, run)
         target.SetTime(source.get_time())
-        held = self._flight.hold.GetMyContextFromRoot(source).get_discrete_state_vector()
-        _load(station, target, source.get_continuous_state_vector().CopyToVector(), held.CopyToVector())
+        _load(station, target, self._flight, source)
         # A new integrator each time: it keeps the length of its last step, and outcomes must not depend on it.
         ResetIntegratorFromFlags(simulator, "runge_kutta3", self.scenario.simulation.max_step)
         simulator.get_mutable_integrator().set_target_accuracy(self.scenario.simulation.contact_accuracy)
@@ -451,20 +451,28 @@ def _position_and_speed(ball: Any, context: Any) -> tuple[Array, float]:
     return ball.EvalPoseInWorld(context).translation(), speed
 
 
-def _load(station: CastStation, context: Any, state: Array, torque: Array) -> None:
-    """Put the plant into `state`, shape (n_x,), and let the motors hold `torque`, shape (7,)."""
-    context.get_mutable_continuous_state_vector().SetFromVector(state)
-    station.hold.GetMyMutableContextFromRoot(context).get_mutable_discrete_state_vector().SetFromVector(
-        torque
-    )
+def _load(station: CastStation, context: Any, other: CastStation, source: Any) -> None:
+    """Give `context` of `station` the state that `source` of the other station has, of plant, controller and held torque.
+
+    Both have the same systems with state: what the other has besides, a scene, has none.
+    """
+    pairs = (station.plant, other.plant), (station.controller, other.controller), (station.hold, other.hold)
+    for own, others in pairs:
+        target, given = own.GetMyMutableContextFromRoot(context), others.GetMyContextFromRoot(source)
+        target.get_mutable_continuous_state_vector().SetFromVector(
+            given.get_continuous_state_vector().CopyToVector()
+        )
+        for group in range(given.num_discrete_state_groups()):
+            target.SetDiscreteState(group, given.get_discrete_state(group).value())
+        for index in range(given.num_abstract_states()):
+            target.get_mutable_abstract_state(index).SetFrom(given.get_abstract_state(index))
 
 
 @dataclass(frozen=True, eq=False)
 class _Start:
-    """Where the cast before left the robot: state of the plant (n_x,), held torque (7,) [N m], and bearing [rad]."""
+    """Where the cast before left the robot: a context of the station with contact, and the bearing [rad]."""
 
-    state: Array
-    torque: Array
+    context: Any
     bearing: float
 
 

@@ -100,7 +100,8 @@ class CastStation:
         builder = DiagramBuilder()
         self._add_plant(builder, has_scene)
         self._torque_noise: Any = None
-        self._q_start = starting_posture(make_arm_plant(scenario), scenario)
+        self._arm_plant = make_arm_plant(scenario)
+        self._q_start = starting_posture(self._arm_plant, scenario)
         self.controller: Any = builder.AddNamedSystem("controller", controller or CastController(scenario))
         self.hold: Any = builder.AddNamedSystem("hold", ZeroOrderHold(scenario.controller.period, N_ARM))
         self.ball_tracker: Any = builder.AddNamedSystem("ball_tracker", BallTracker(self.plant))
@@ -244,15 +245,20 @@ class CastStation:
         """
         own = self.controller.GetMyMutableContextFromRoot(context)
         if not self._is_told_places:
-            if start_bearing != 0:
-                raise InputError(
-                    f"controller {type(self.controller).__name__}: cannot go from cup to cup, since its set_cast takes no "
-                    "start_bearing; let it take start_bearing and cup_radius by name, as CastController's does"
-                )
+            self.check_bearing(cast.bearing, is_first=start_bearing == 0)
             self.controller.set_cast(own, cast)
             return
         radius = None if cup is None else to_casting_plane(np.array(cup), cast.bearing)[0]
         self.controller.set_cast(own, cast, start_bearing=start_bearing, cup_radius=radius)
+
+    def check_bearing(self, bearing: float, *, is_first: bool) -> None:
+        """Raise `InputError` if joint 1 cannot turn to `bearing` [rad], or the controller start a cast at home alone."""
+        starting_posture(self._arm_plant, self.scenario, bearing)
+        if not is_first and not self._is_told_places:
+            raise InputError(
+                f"controller {type(self.controller).__name__}: cannot go from cup to cup, since its set_cast takes no "
+                "start_bearing; let it take start_bearing and cup_radius by name, as CastController's does"
+            )
 
     def set_cup(self, context: Any, cup: tuple[float, float]) -> None:
         """Stand the cup at world (x, y) [m] in the diagram's `context`.

@@ -39,7 +39,8 @@ class Turn:
         self._radius = motion.start_radius
         self._frequency = swing_frequency(scenario.string, scenario.ball)
         self._ball_height = motion.start_height - GRAVITY / self._frequency**2
-        if angle > 0:
+        # Angles so small that they take no time are none.
+        if self.duration > 0:
             angles = BPoly.from_derivatives([0.0, self.duration], [[start, 0, 0, 0, 0], [end, 0, 0, 0, 0]])
             self._angles = [angles.derivative(order) for order in range(4)]
 

@@ -10,6 +10,7 @@ from wam_cast.evaluation.planners import ablation as module
 from wam_cast.evaluation.planners.ablation import VARIANTS, ablate
 from wam_cast.evaluation.planners.trials import draw_cups
 from wam_cast.planning.program import TERMS
+from wam_cast.planning.reach import Reach
 from wam_cast.scenario import Scenario
 from wam_cast.system.outcome import Status
 
@@ -60,7 +61,7 @@ def test_each_term_is_left_out_once_over_the_same_cups_and_noise(told):
     plans, trials = told
     rows = ablate(Model(), 4, seed=2, executor=None, report=lambda *_: None)
     assert [row.without for row in rows] == [(), *((term,) for term in TERMS), TERMS]
-    cups = draw_cups(Model.reach, 4, 2)
+    cups = draw_cups(Reach.of(Model()), 4, 2)
     assert plans == [(cup[0], without) for without in VARIANTS for cup in cups]
     seeds = [trial.noise_seed for trial in trials]
     assert seeds == seeds[:4] * len(VARIANTS)

@@ -21,6 +21,7 @@ from wam_cast.learning.forward_model import reference_model
 from wam_cast.learning.sampling import sample_casts
 from wam_cast.planning.black_box import search_cast
 from wam_cast.planning.plan import plan_cast
+from wam_cast.planning.reach import Reach
 from wam_cast.system.outcome import Status
 from wam_cast.system.simulate import simulate_cast
 
@@ -203,7 +204,7 @@ def test_searches_use_equal_budgets(casts):
 def test_the_budget_is_what_the_program_uses_at_the_median(casts, monkeypatch):
     monkeypatch.setattr(study, "searchers", lambda budget, _: (Searcher("grid", "model", budget),))
     found = compare(3, budget=None)
-    program = [plan_cast(Model(), cup).n_evaluations for cup in draw_cups((0.4, 0.8), 3, 0)]
+    program = [plan_cast(Model(), cup).n_evaluations for cup in draw_cups(Reach.of(Model()), 3, 0)]
     assert len(set(program)) == 3
     assert found.budget == round(np.median(program))
     assert not found.is_budget_given

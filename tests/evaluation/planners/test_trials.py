@@ -11,9 +11,12 @@ from wam_cast.cast import Cast
 from wam_cast.evaluation.experiment.statistics import wilson_interval
 from wam_cast.evaluation.planners import trials as module
 from wam_cast.evaluation.planners.trials import Trial, draw_cups, entered_clear, execute, summarize
-from wam_cast.planning.chance import clear_offsets
+from wam_cast.planning.chance import clear_half_width, clear_offset
+from wam_cast.planning.reach import Reach
 from wam_cast.scenario import Scenario
 from wam_cast.system.outcome import Status
+
+REACH = Reach(0.4, 0.8, *bearing_limits())
 
 
 def fake(landing, status=Status.CAUGHT, entry_angle=0.2):
@@ -33,15 +36,15 @@ def trial(cup=(0.7, 0.0), bearing=0.0):
 
 @pytest.mark.parametrize("region", ["line", "floor"])
 def test_cups_are_drawn_from_all_of_the_reach(region):
-    cups = draw_cups((0.4, 0.8), 200, 3, region)
+    cups = draw_cups(REACH, 200, 3, region)
     distances = [math.hypot(*cup) for cup in cups]
     assert (min(distances), max(distances)) == pytest.approx((0.4, 0.8), abs=0.01)
-    assert draw_cups((0.4, 0.8), 20, 3, region) == cups[:20]
-    assert not set(cups) & set(draw_cups((0.4, 0.8), 200, 4, region))
+    assert draw_cups(REACH, 20, 3, region) == cups[:20]
+    assert not set(cups) & set(draw_cups(REACH, 200, 4, region))
 
 
 def test_on_the_floor_they_are_at_all_bearings_and_as_far_away():
-    line, floor = (draw_cups((0.4, 0.8), 200, 3, region) for region in ("line", "floor"))
+    line, floor = (draw_cups(REACH, 200, 3, region) for region in ("line", "floor"))
     assert all(y == 0 for _, y in line)
     np.testing.assert_allclose([math.hypot(*cup) for cup in floor], [x for x, _ in line])
     bearings = [math.atan2(y, x) for x, y in floor]
@@ -67,14 +70,15 @@ def test_lateral_is_beside_the_line_from_the_axis_to_the_cup(bearing):
 
 
 @pytest.mark.parametrize("bearing", [0.0, 1.1])
-@pytest.mark.parametrize("axis", [0, 1])
-def test_a_ball_is_clear_up_to_the_clear_offset(bearing, axis):
+@pytest.mark.parametrize("share", [0.0, 0.5, -0.8])
+def test_a_ball_is_clear_up_to_the_clear_width(bearing, share):
     c, s = math.cos(bearing), math.sin(bearing)
     R = np.array([[c, -s], [s, c]])
     there = trial(tuple(R @ [0.7, 0.0]), bearing)
-    limit = clear_offsets(Scenario(), 0.5)[axis]
-    for share, is_clear in ((0.98, True), (-0.98, True), (1.02, False)):
-        landing = R @ (np.array([0.7, 0.0]) + share * limit * np.eye(2)[axis])
+    along = share * clear_offset(Scenario(), 0.5)
+    (width,) = clear_half_width(Scenario(), 0.5, np.array([along]))
+    for across, is_clear in ((0.98 * width, True), (-0.98 * width, True), (1.02 * width, False)):
+        landing = R @ [0.7 + along, across]
         assert entered_clear(Scenario(), there, fake(landing, entry_angle=0.5)) is is_clear
 
 

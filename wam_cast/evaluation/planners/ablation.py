@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from concurrent.futures import Executor
 
@@ -16,6 +17,7 @@ from wam_cast.evaluation.planners.trials import Hits, Trial, draw_cups, entered_
 from wam_cast.learning.workers import Workers
 from wam_cast.planning.predictor import Predictor
 from wam_cast.planning.program import TERMS, Term, plan_by_program
+from wam_cast.planning.reach import Reach
 from wam_cast.scenario import Scenario
 from wam_cast.system.outcome import Outcome
 
@@ -50,8 +52,8 @@ class Ablation(Result):
     clear_interval: tuple[float, float]
     n_limit_hits: int
     n_taut: int
-    least_slack: float
-    largest_share: float
+    least_slack: float | None
+    largest_share: float | None
 
 
 def ablate(
@@ -72,7 +74,7 @@ def ablate(
     report
         Called with how much is done, and how much there is: each cast is planned and executed.
     """
-    cups = draw_cups(model.reach, n_cups, seed)
+    cups = draw_cups(Reach.of(model), n_cups, seed)
     trials: list[Trial] = []
     n_steps = 2 * len(VARIANTS) * n_cups
     for without in VARIANTS:
@@ -102,7 +104,13 @@ def _summarize(
         n_clear=clear,
         clear_interval=wilson_interval(clear, len(trials)),
         n_limit_hits=sum(bool(outcome.limits_hit) for outcome in known),
-        n_taut=sum(not outcome.is_slack for outcome in known),
-        least_slack=float(np.nanpercentile([outcome.slack for outcome in known], 5)),
-        largest_share=float(np.percentile(shares, 95)),
+        n_taut=sum(math.isfinite(outcome.slack) and not outcome.is_slack for outcome in known),
+        least_slack=_percentile([outcome.slack for outcome in known], 5),
+        largest_share=_percentile(shares, 95),
     )
+
+
+def _percentile(values: Sequence[float], share: float) -> float | None:
+    """Return a percentile of the finite values, None if there are none."""
+    finite = [value for value in values if math.isfinite(value)]
+    return float(np.percentile(finite, share)) if finite else None

@@ -86,9 +86,17 @@ class Searcher:
 PLANNERS = (Planner("gradient"), Planner("program"))
 
 
+MOST_BAYESIAN = 100
+"""Evaluations of the model that Bayesian optimisation has at most: what each of them costs grows with their number cubed."""
+
+
 def searchers(budget: int, n_casts: int) -> tuple[Searcher, ...]:
     """Return the searches with `budget` evaluations of the model, and those with `n_casts` simulated casts."""
-    on_model = (Searcher(method, "model", budget) for method in ("grid", "cma-es", "bayesian"))
+    on_model = (
+        Searcher("grid", "model", budget),
+        Searcher("cma-es", "model", budget),
+        Searcher("bayesian", "model", min(budget, MOST_BAYESIAN)),
+    )
     on_simulator = (Searcher(method, "simulator", n_casts) for method in ("cma-es", "bayesian"))
     return (*on_model, *on_simulator)
 

@@ -19,6 +19,7 @@ from wam_cast.evaluation.planners.results import Attempt, HitRate, PlannerCompar
 from wam_cast.evaluation.planners.trials import draw_cups
 from wam_cast.learning.workers import Workers, run_rows
 from wam_cast.planning.predictor import Predictor
+from wam_cast.planning.reach import Reach
 from wam_cast.scenario import Scenario
 from wam_cast.system.outcome import Status
 from wam_cast.system.simulate import simulate_cast
@@ -49,8 +50,9 @@ def compare_planners(
     n_cups
         How many cups, uniformly over the model's reach.
     budget
-        Evaluations of the model for each search and cup, by default what the program used on these cups at the median. The
-        program counts evaluations with a gradient, and not its first look at the known casts.
+        Evaluations of the model for each search and cup, by default what the program used on these cups at the median: every
+        cast that it asks the model about counts, with or without its gradient. Bayesian optimisation has no more than
+        `MOST_BAYESIAN`.
     n_casts
         Simulated casts for each search on the simulator and cup.
     seed
@@ -70,7 +72,7 @@ def compare_planners(
         budget = checked_whole_number("budget", budget, 1)
     n_casts = checked_whole_number("n_casts", n_casts, 1)
     seed = checked_whole_number("seed", seed, 0)
-    cups = [cup[0] for cup in draw_cups(model.reach, n_cups, seed)]
+    cups = [cup[0] for cup in draw_cups(Reach.of(model), n_cups, seed)]
     run = partial(_run, model, cups, seed, executor=executor, report=report)
     scores = run(PLANNERS, n_done=0)
     chosen = _median_of_program(scores) if budget is None else budget

@@ -13,14 +13,13 @@ from typing import Literal
 
 import numpy as np
 
-from wam_cast.arm_model import bearing_limits
 from wam_cast.cast import Cast
 from wam_cast.evaluation.experiment.results import Result, Statistics, maybe_float, to_array
 from wam_cast.evaluation.experiment.seeds import Purpose, derived_seed
 from wam_cast.evaluation.experiment.statistics import describe, wilson_interval
 from wam_cast.learning.workers import Workers, run_rows
-from wam_cast.planning.chance import clear_offsets
-from wam_cast.planning.reach import BEARING_MARGIN
+from wam_cast.planning.chance import clear_half_width, clear_offset
+from wam_cast.planning.reach import Reach
 from wam_cast.scenario import Scenario
 from wam_cast.system.outcome import Outcome, to_casting_plane
 from wam_cast.system.simulate import simulate_cast
@@ -61,18 +60,17 @@ class Hits(Result):
     failures: dict[str, int]
 
 
-def draw_cups(reach: tuple[float, float], n_cups: int, seed: int, region: Region = "line") -> list[Position]:
+def draw_cups(reach: Reach, n_cups: int, seed: int, region: Region = "line") -> list[Position]:
     """Return world (x, y) [m] of cups whose distance from the base axis is uniform over the reach, each from a stream of its own.
 
     On the line y = 0, or on the floor: at bearings that are uniform over what joint 1 allows. More cups of a seed begin with the
     same ones, and the distances are the same in either region.
     """
-    lowest, highest = bearing_limits()
     cups = []
     for i in range(n_cups):
         rng = np.random.default_rng(derived_seed(seed, Purpose.CUPS, i))
-        radius = float(rng.uniform(*reach))
-        bearing = float(rng.uniform(lowest + BEARING_MARGIN, highest - BEARING_MARGIN))
+        radius = float(rng.uniform(reach.nearest, reach.farthest))
+        bearing = float(rng.uniform(reach.lowest, reach.highest))
         cups.append(
             (radius, 0.0) if region == "line" else (radius * math.cos(bearing), radius * math.sin(bearing))
         )
@@ -100,14 +98,14 @@ def _execute(scenario: Scenario, trials: Sequence[Trial], row: int) -> Outcome:
 
 
 def entered_clear(scenario: Scenario, trial: Trial, outcome: Outcome | None) -> bool:
-    """Return whether a ball that landed so cannot have touched the rim: its offset is within the ellipse of `clear_offsets`."""
+    """Return whether a ball that landed so, and flew on straight, touched no rim: see `clear_half_width`."""
     if outcome is None or not math.isfinite(outcome.entry_angle):
         return False
-    along, across = clear_offsets(scenario, outcome.entry_angle)
-    if along == 0.0:
+    along, across = to_casting_plane(outcome.landing - trial.cup, trial.cast.bearing)
+    if abs(along) > clear_offset(scenario, outcome.entry_angle):
         return False
-    offset = to_casting_plane(outcome.landing - trial.cup, trial.cast.bearing)
-    return math.hypot(offset[0] / along, offset[1] / across) <= 1.0
+    (width,) = clear_half_width(scenario, outcome.entry_angle, np.array([along]))
+    return bool(abs(across) <= width)
 
 
 def summarize(trials: Sequence[Trial], outcomes: Sequence[Outcome | None]) -> Hits:

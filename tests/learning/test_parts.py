@@ -8,6 +8,7 @@ from wam_cast.cast import PARAMETERS
 from wam_cast.errors import InputError
 from wam_cast.learning.dataset import CastDataset
 from wam_cast.learning.parts import OUTPUTS, split_casts
+from wam_cast.planning import predictor
 from wam_cast.scenario import Scenario
 
 N_CASTS = 340  # split into 260, 60 and 20
@@ -64,3 +65,8 @@ def test_a_part_with_nothing_to_learn_from_is_refused(lost, said):
         split_casts(dataset(lost=lost))
     with pytest.raises(InputError, match="at least 34"):
         split_casts(dataset(33))
+
+
+def test_planners_know_the_outputs_by_the_same_columns():
+    columns = {name: getattr(predictor, name.removeprefix("landing_").upper()) for name in OUTPUTS}
+    assert columns == {name: column for column, name in enumerate(OUTPUTS)}

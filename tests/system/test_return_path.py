@@ -147,6 +147,25 @@ def test_swing_that_the_return_leaves_is_small_over_the_whole_reach(restitution)
         assert swing < 2.5e-3, radius
 
 
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"string": {"length": 0.1}},
+        {"string": {"length": 0.3}},
+        {"arm": {"mount_height": 1.8}},
+        {"arm": {"mount_height": 1.6}, "motion": {"start_height": 1.1}},
+    ],
+)
+def test_a_cup_that_no_ball_can_be_lifted_out_of_leaves_a_way_home(values):
+    scenario = Scenario.from_dict(values)
+    for cup in (0.3, 0.5, 0.7, 0.9, 1.2, 2.0):
+        path = Return(scenario, 0.5, cup)
+        (radius, height), velocity = path.evaluate(path.duration)
+        assert (radius, height) == pytest.approx((scenario.motion.start_radius, scenario.motion.start_height))
+        np.testing.assert_array_equal(velocity, 0)
+        assert all(np.isfinite(path.evaluate(t)).all() for t in np.linspace(0, path.duration, 50))
+
+
 def test_motion_knows_the_cup_only_after_the_hold():
     with_cup, without = (CastMotion(SCENARIO, MIDDLE, cup_radius=radius) for radius in (0.6, None))
     for t in np.linspace(0, with_cup.stage_ends[Stage.HOLD], 50):

@@ -10,10 +10,11 @@ from pydrake.systems.framework import LeafSystem
 from wam_cast.cast import Cast
 from wam_cast.errors import InputError
 from wam_cast.scenario import Noise, Scenario
+from wam_cast.system.controller import CastController
 from wam_cast.system.motion import Stage
 from wam_cast.system.outcome import Outcome, Status
 from wam_cast.system.recording import Throw
-from wam_cast.system.simulate import simulate_casts
+from wam_cast.system.simulate import simulate_cast, simulate_casts
 from wam_cast.system.simulation import CastSimulator
 from wam_cast.system.station import CastStation
 
@@ -97,12 +98,60 @@ def test_one_throw_is_a_cast_of_its_own(simulator, throws):
     assert_identical(outcome, simulator.simulate(throws[2].cast, throws[2].cup))
 
 
-def test_missed_ball_ends_no_sequence(simulator, throws):
+def test_missed_ball_is_put_to_rest_before_the_next_cast(simulator, throws):
     aside = dataclasses.replace(throws[0], cup=(throws[0].cup[0], 0.09))
     outcomes = simulator.simulate_sequence([aside, throws[2]])
     assert outcomes[0].status is Status.SIDE
-    assert outcomes[1].status is not Status.DIVERGED
-    assert np.isfinite(outcomes[1].landing).all()
+    assert_identical(outcomes[1], simulator.simulate(throws[2].cast, throws[2].cup))
+
+
+def test_who_is_told_of_an_outcome_may_simulate_something_else(simulator, throws):
+    expected = simulator.simulate_sequence(throws[:2])
+    found = simulator.simulate_sequence(
+        throws[:2], on_outcome=lambda _: simulator.simulate(throws[2].cast, throws[2].cup)
+    )
+    for one, other in zip(found, expected, strict=True):
+        assert_identical(one, other)
+
+
+def test_function_that_is_told_may_simulate_something_else(throws):
+    scenario, heard = Scenario(), []
+
+    def hear(_):
+        heard.append(simulate_cast(scenario, CASTS[0]).status)
+
+    simulate_casts(scenario, [throws[0].cast], [throws[0].cup], on_outcome=hear)
+    assert heard == [Status.LANDED]
+
+
+def test_bearing_that_joint_1_cannot_turn_to_is_refused_before_anything_is_simulated(simulator, throws):
+    heard = []
+    behind = Throw(Cast(0.3, 0.6, 0.1, bearing=3.0), throws[0].cup)
+    with pytest.raises(InputError, match="joint 1"):
+        simulator.simulate_sequence([throws[0], behind], on_outcome=heard.append)
+    assert heard == []
+
+
+class Counting(CastController):
+    """Counts its own control periods in a discrete state."""
+
+    def __init__(self, scenario):
+        super().__init__(scenario)
+        index = self.DeclareDiscreteState(1)
+        self.DeclarePeriodicDiscreteUpdateEvent(scenario.controller.period, 0.0, self._count)
+        self._index = index
+
+    def _count(self, context, values):
+        values.set_value(self._index, context.get_discrete_state(self._index).value() + 1)
+
+
+def test_controllers_own_state_goes_on_into_the_cup_and_to_the_next_cast(throws):
+    simulator = CastSimulator(Scenario(), make_controller=Counting)
+    recordings = simulator.record_sequence(throws[:2])
+    station, simulation = simulator._scene
+    own = station.controller.GetMyContextFromRoot(simulation.get_context())
+    n_periods = sum(round(recording.times[-1] / Scenario().controller.period) for recording in recordings)
+    assert own.get_discrete_state(0).value()[0] == pytest.approx(n_periods, abs=4)
 
 
 def test_broken_simulation_is_followed_by_a_start_from_rest(simulator, throws):

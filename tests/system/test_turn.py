@@ -42,6 +42,11 @@ def test_duration_keeps_what_limits_it(angle):
     assert duration / 0.002 == pytest.approx(round(duration / 0.002), abs=1e-9)
 
 
+@pytest.mark.parametrize("angle", [1e-60, 1e-30, -1e-12])
+def test_the_smallest_turn_is_a_turn_or_none(angle):
+    assert Turn(Scenario(), 0.0, angle).duration < 0.05
+
+
 def test_nothing_to_turn_takes_no_time():
     turn = Turn(SCENARIO, 0.7, 0.7)
     assert turn.duration == 0

@@ -98,7 +98,8 @@ def throw(
         Path | None, typer.Option(metavar="FILE.html", help="Write a replay that opens in a browser.")
     ] = None,
     picture: Annotated[
-        Path | None, typer.Option(metavar="FILE.png", help="Write a film strip (also .pdf, .svg).")
+        Path | None,
+        typer.Option(metavar="FILE.png", help="Write a film strip of one cast (also .pdf, .svg)."),
     ] = None,
     seed: Annotated[
         int,

@@ -38,6 +38,9 @@ err = Console(stderr=True, soft_wrap=True, highlight=False, markup=False, emoji=
 
 Record = dict[str, Any]
 
+UNLIKELY = 0.5
+"""Probability of entering clear, below which a plan is worth a word."""
+
 
 @contextmanager
 def progress(what: str, total: int | None = None) -> Iterator[Callable[[int], None]]:
@@ -150,14 +153,23 @@ def _print_throw_table(executed: Sequence[tuple[Plan, Outcome]]) -> None:
             _position(plan.cup), _position(plan.predicted_landing), landing, miss, outcome.status.value
         )
     out.print(table)
-    for plan, outcome in executed:
+    for i, (plan, outcome) in enumerate(executed, 1):
         _print_infeasible(plan)
+        _print_unlikely(plan)
+        if not outcome.is_caught and i < len(executed):
+            out.print(f"cup {_position(plan.cup)}: missed; the next cast starts anew, from rest at home")
         if outcome.limits_hit:
             out.print(
                 f"cup {_position(plan.cup)}: the arm meets the limit of {', '.join(outcome.limits_hit)}"
             )
         if outcome.return_faults:
             out.print(f"cup {_position(plan.cup)}: on the way home, {', '.join(outcome.return_faults)}")
+
+
+def _print_unlikely(plan: Plan) -> None:
+    if plan.is_feasible and plan.clear_entry_probability < UNLIKELY:
+        share = f"{100 * plan.clear_entry_probability:.0f} %"
+        out.print(f"cup {_position(plan.cup)}: enters without touching the rim in {share} of casts like this")
 
 
 def print_plans(plans: Sequence[Plan]) -> None:
@@ -168,7 +180,8 @@ def print_plans(plans: Sequence[Plan]) -> None:
         "speed\n[m/s]",
         "wait\n[s]",
         "bearing\n[deg]",
-        "predicted miss\n[mm]",
+        "predicted\nmiss [mm]",
+        "clear\n[%]",
     )
     table = _table(*headings)
     for plan in plans:
@@ -179,10 +192,14 @@ def print_plans(plans: Sequence[Plan]) -> None:
             f"{cast.speed:.4f}",
             f"{cast.wait:.4f}",
             f"{math.degrees(cast.bearing):.2f}",
-            f"{1e3 * plan.predicted_miss:.1f}",
+            f"{1e3 * plan.predicted_miss:.1f} ({1e3 * plan.predicted_spread.along:.1f})",
+            f"{100 * plan.clear_entry_probability:.0f}",
         )
     out.print(table)
+    out.print("in brackets: standard deviation; clear: entering without touching the rim")
     for plan in plans:
+        if "against" in plan.reason:
+            out.print(f"cup {_position(plan.cup)}: {plan.reason}")
         _print_infeasible(plan)
 
 

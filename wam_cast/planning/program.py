@@ -53,7 +53,7 @@ LARGEST_MARGIN = 0.05
 LEAST_SLACK = 0.01
 """Of the string from the landing on, as a share of its length: twice what counts as slack."""
 
-LARGEST_SHARE = 0.95
+LARGEST_SHARE = 0.98
 """Of a motor's torque or a joint's speed limit that a plan may use."""
 
 SAME_SOLUTION = 0.02

@@ -20,6 +20,7 @@ from wam_cast.learning.leave_one_out import tune_by_leave_one_out
 from wam_cast.learning.parts import OUTPUTS, Parts, split_casts
 from wam_cast.learning.sampling import sample_casts
 from wam_cast.scenario import Ball, Cup, Noise, Scenario
+from wam_cast.threads import one_thread
 
 SCENARIO = Scenario()
 N_CASTS = 340  # split into 260, 60 and 20
@@ -91,7 +92,8 @@ def test_info_says_how_the_model_was_made(model, data):
     estimator = KernelRidge(
         sigma=info.sigma, regularization=info.regularization, input_bounds=cast_bounds(SCENARIO)
     )
-    residual = estimator.fit(model.known_casts, along).leave_one_out_residuals()
+    with one_thread():  # the fit is nearly singular, so that rounding shows
+        residual = estimator.fit(model.known_casts, along).leave_one_out_residuals()
     assert info.leave_one_out_rmse == pytest.approx(math.sqrt(np.mean(residual**2)), rel=1e-6)
     assert 0 < info.leave_one_out_rmse < 1e-3
     assert model.scenario is data.scenario

@@ -156,8 +156,9 @@ class ForwardModel:
         parts = split_casts(data)
         distance, speed, wait = (float(one) for one in np.broadcast_to(np.squeeze(sigma), 3))
         estimator = _estimator(data.scenario, (distance, speed, wait), regularization)
-        estimator.fit(parts.train.X, parts.train.y)
-        residuals = estimator.leave_one_out_residuals()[:, 0]
+        with one_thread():  # as when it is loaded, to the last digit
+            estimator.fit(parts.train.X, parts.train.y)
+            residuals = estimator.leave_one_out_residuals()[:, 0]
         info = Fit(
             seed=data.seed,
             n_train=len(parts.train.X),
@@ -167,7 +168,8 @@ class ForwardModel:
             regularization=regularization,
             leave_one_out_rmse=float(np.sqrt(np.mean(residuals**2))),
         )
-        uncertainty = LandingUncertainty.learn(estimator, parts.validation.X, parts.validation.landing)
+        with one_thread():
+            uncertainty = LandingUncertainty.learn(estimator, parts.validation.X, parts.validation.landing)
         model = cls(data.scenario, estimator, uncertainty, parts.train.y, _reach(data), info)
         model.info = replace(info, validation_rmse=model.landing_rmse(parts.validation))
         return model

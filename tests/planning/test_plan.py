@@ -19,11 +19,8 @@ BOTH = pytest.mark.parametrize("method", METHODS)
 
 CUPS = [
     (0.30, 0.0),
-    (0.40, -0.15),
-    (0.55, 0.2),
     (-0.2, 0.5),
     (0.65, -0.35),
-    (0.75, 0.1),
     (-0.5, -0.6),
     (0.95, 0.1),
 ]
@@ -181,7 +178,7 @@ def test_the_papers_planner_may_lose_a_ball_to_a_lively_rim(lively_cup):
 @BOTH
 def test_planned_casts_land_where_they_were_predicted(method):
     # Without a cup, whose rim may turn aside a ball that comes in at a slant.
-    for cup in CUPS[::2]:
+    for cup in CUPS:
         plan = plan_cast(reference_model(), cup, method)
         landing = simulate_cast(Scenario(), plan.cast).landing
         assert math.dist(landing, plan.predicted_landing) < 0.005, cup

@@ -31,7 +31,7 @@ from wam_cast.system.recording import CastRecording
 
 Array = NDArray[np.float64]
 
-FRAME_RATE = 32
+FRAME_RATE = 24
 """Frames for each second of the cast; the browser moves the bodies smoothly from one to the next."""
 
 TURN, ELEVATION = math.radians(28), math.radians(8)

@@ -124,8 +124,8 @@ class CastSimulator:
         a return that met a limit or broke down. One cup stands on the floor at a time: it is moved to its next place at the
         end of each return, when the ball hangs clear. The clock starts anew with each turn.
 
-        Throw i has the noise of `noise_seed + i`; of noise's initial swing only the first has any, the others have what the
-        return left. `on_outcome` is called with each outcome as soon as it is known.
+        Throw i has the noise of `noise_seed + i`; of noise's initial swing only those that start anew have any, the others have
+        what the return left. `on_outcome` is called with each outcome as soon as it is known.
         """
         outcomes = []
         for _, outcome in self._sequence(throws, noise_seed, returns_at_end=False):

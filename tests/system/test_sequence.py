@@ -5,7 +5,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from pydrake.systems.framework import LeafSystem
 
 from wam_cast.cast import Cast
 from wam_cast.errors import InputError
@@ -26,19 +25,6 @@ def assert_identical(found, expected):
         np.testing.assert_array_equal(
             getattr(found, field.name), getattr(expected, field.name), err_msg=field.name
         )
-
-
-class Deaf(LeafSystem):
-    """A controller that is told the cast alone, and does nothing."""
-
-    def __init__(self):
-        super().__init__()
-        self.DeclareVectorInputPort("arm_state", 14)
-        for name, size in (("actuation", 7), ("hand", 6), ("hand_desired", 6), ("stage", 1)):
-            self.DeclareVectorOutputPort(name, size, lambda context, output: output.SetZero())
-
-    def set_cast(self, context, cast):
-        pass
 
 
 @pytest.fixture(scope="module")
@@ -189,8 +175,8 @@ def test_numbers_of_casts_and_cups_must_agree(throws):
         simulate_casts(Scenario(), CASTS, [throws[0].cup])
 
 
-def test_controller_that_is_not_told_where_it_starts_cannot_go_on():
-    station = CastStation(Scenario(), has_scene=False, controller=Deaf())
+def test_controller_that_is_not_told_where_it_starts_cannot_go_on(limp):
+    station = CastStation(Scenario(), has_scene=False, controller=limp())
     context = station.diagram.CreateDefaultContext()
     station.set_start(context, CASTS[1])  # a single cast is no trouble
     with pytest.raises(InputError, match="start_bearing"):

@@ -6,7 +6,6 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
-from pydrake.systems.framework import LeafSystem
 from pydrake.systems.primitives import PassThrough
 
 from wam_cast.cast import Cast
@@ -434,21 +433,8 @@ def test_string_that_takes_too_short_steps_is_refused():
         CastSimulator(scenario(string={"mass": 1e-8}))
 
 
-class Limp(LeafSystem):
-    """A controller that lets the arm hang."""
-
-    def __init__(self, _scenario):
-        super().__init__()
-        self.DeclareVectorInputPort("arm_state", 14)
-        for name, size in (("actuation", 7), ("hand", 6), ("hand_desired", 6), ("stage", 1)):
-            self.DeclareVectorOutputPort(name, size, lambda context, output: output.SetZero())
-
-    def set_cast(self, context, cast):
-        pass
-
-
-def test_own_controller_takes_the_place_of_ours():
-    outcome = CastSimulator(Scenario(), make_controller=Limp).simulate(TYPICAL)
+def test_own_controller_takes_the_place_of_ours(limp):
+    outcome = CastSimulator(Scenario(), make_controller=limp).simulate(TYPICAL)
     assert outcome.peak_load.max() == 0.0
     assert outcome.peak_tracking_error > 0.05
     with pytest.raises(InputError, match="set_cast"):

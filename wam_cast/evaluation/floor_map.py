@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from wam_cast.errors import checked_whole_number
 from wam_cast.evaluation.experiment.results import Result, maybe_float, to_array
@@ -177,11 +176,9 @@ def map_floor(
     size, reach, scenario = size or MapSize(), Reach.of(model), model.scenario
     seed = checked_whole_number("seed", seed, 0)
     plans: list[Plan] = []
-    # Threads would gain nothing on matrices of this size, and might round a plan otherwise.
-    with threadpool_limits(1):
-        for radius in np.linspace(reach.nearest, reach.farthest, size.n_radii):
-            plans.append(plan_cast(model, (float(radius), 0.0), method, solver))
-            on_progress("planning", len(plans), size.n_radii)
+    for radius in np.linspace(reach.nearest, reach.farthest, size.n_radii):
+        plans.append(plan_cast(model, (float(radius), 0.0), method, solver))
+        on_progress("planning", len(plans), size.n_radii)
     bearings = np.linspace(reach.lowest, reach.highest, size.n_bearings)
     n_repeats = size.n_casts if scenario.noise.is_on else 1
     turned = [(plan, float(bearing)) for plan in plans for bearing in bearings for _ in range(n_repeats)]

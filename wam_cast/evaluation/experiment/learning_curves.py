@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 from sklearn.base import BaseEstimator, RegressorMixin
 from sklearn.model_selection import GridSearchCV
-from threadpoolctl import threadpool_limits
 
 from wam_cast.cast import PARAMETERS, cast_bounds
 from wam_cast.errors import InputError
@@ -30,6 +29,7 @@ from wam_cast.learning.leave_one_out import tune_by_leave_one_out
 from wam_cast.learning.parts import Part, Parts
 from wam_cast.learning.workers import Workers, run_rows
 from wam_cast.scenario import Scenario
+from wam_cast.threads import one_thread
 
 Array = NDArray[np.float64]
 
@@ -101,7 +101,7 @@ def _run_job(task: _Task, jobs: list[tuple[str, int, int]], row: int) -> float:
     rng = np.random.default_rng(derived_seed(task.seed, Purpose.SUBSETS, repeat))
     subset = rng.permutation(len(task.train.X))[:size]
     # One thread each: as many processes run as there are processors.
-    with threadpool_limits(1):
+    with one_thread():
         model = _ESTIMATORS[name](cast_bounds(task.scenario), derived_seed(task.seed, Purpose.NETWORK))
         model.fit(task.train.X[subset], task.train.landing[subset])
         return rmse(model.predict(task.validation.X) - task.validation.landing)

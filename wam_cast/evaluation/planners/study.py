@@ -7,8 +7,6 @@ from concurrent.futures import Executor
 from contextlib import closing
 from functools import partial
 
-from threadpoolctl import threadpool_limits
-
 from wam_cast.errors import InputError, checked_whole_number
 from wam_cast.evaluation.experiment.results import maybe_float, to_array
 from wam_cast.evaluation.experiment.seeds import Purpose, derived_seed
@@ -23,6 +21,7 @@ from wam_cast.planning.reach import Reach
 from wam_cast.scenario import Scenario
 from wam_cast.system.outcome import Status
 from wam_cast.system.simulate import simulate_cast
+from wam_cast.threads import one_thread
 
 CUP_KINDS = {"nearly inelastic": 0.25, "lively": 0.6}
 """Kinds of cups that casts are executed with, and their restitution."""
@@ -125,7 +124,7 @@ def _attempt(
 ) -> Attempt:
     """Let a contender choose a cast for a cup, on one thread, and execute it with every kind of cup."""
     contender, i = jobs[row]
-    with threadpool_limits(1):
+    with one_thread():
         choice = contender.choose(model, cups[i], derived_seed(seed, Purpose.SEARCH, i))
     outcomes = [
         simulate_cast(

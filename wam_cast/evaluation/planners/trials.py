@@ -19,7 +19,7 @@ from wam_cast.evaluation.experiment.seeds import Purpose, derived_seed
 from wam_cast.evaluation.experiment.statistics import describe, wilson_interval
 from wam_cast.learning.workers import Workers, run_rows
 from wam_cast.planning.chance import clear_half_width, clear_offset
-from wam_cast.planning.reach import Reach
+from wam_cast.planning.reach import Reach, from_polar, to_polar
 from wam_cast.scenario import Scenario
 from wam_cast.system.outcome import Outcome, to_casting_plane
 from wam_cast.system.simulate import simulate_cast
@@ -71,9 +71,7 @@ def draw_cups(reach: Reach, n_cups: int, seed: int, region: Region = "line") -> 
         rng = np.random.default_rng(derived_seed(seed, Purpose.CUPS, i))
         radius = float(rng.uniform(reach.nearest, reach.farthest))
         bearing = float(rng.uniform(reach.lowest, reach.highest))
-        cups.append(
-            (radius, 0.0) if region == "line" else (radius * math.cos(bearing), radius * math.sin(bearing))
-        )
+        cups.append((radius, 0.0) if region == "line" else from_polar(radius, bearing))
     return cups
 
 
@@ -128,5 +126,6 @@ def summarize(trials: Sequence[Trial], outcomes: Sequence[Outcome | None]) -> Hi
 
 
 def _lateral(cup: Position, outcome: Outcome) -> float:
-    x, y = outcome.landing
-    return float(abs(cup[0] * y - cup[1] * x) / math.hypot(*cup))
+    _, bearing = to_polar(cup)
+    _, lateral = to_casting_plane(outcome.landing, bearing)
+    return abs(lateral)

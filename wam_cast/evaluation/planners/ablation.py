@@ -97,7 +97,7 @@ def _summarize(
 ) -> Ablation:
     known = [outcome for outcome in outcomes if outcome is not None]
     clear = sum(entered_clear(scenario, *pair) for pair in zip(trials, outcomes, strict=True))
-    shares = [max(outcome.peak_load.max(), outcome.peak_speed.max()) for outcome in known]
+    shares = [float(np.max([outcome.peak_load, outcome.peak_speed])) for outcome in known]
     return Ablation(
         without=without,
         hits=summarize(trials, outcomes),

@@ -1,6 +1,7 @@
 """What tests of several layers share."""
 
 import math
+import shutil
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,6 +9,11 @@ import pytest
 
 from wam_cast.arm_model import bearing_limits
 from wam_cast.cast import Cast
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+
+SOFTWARE_GRAPHICS = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+"""WebGL without a graphics card."""
 
 
 @pytest.fixture(scope="session")
@@ -70,3 +76,22 @@ def floor_without_physics(monkeypatch):
     monkeypatch.setattr(floor_map, "simulate_cast", simulate)
     monkeypatch.setattr(floor_map, "run_rows", inline)
     return SimpleNamespace(planned=planned, cast=cast)
+
+
+@pytest.fixture(scope="session")
+def browser():
+    """Return a headless Chromium, driven by Playwright; without one the test is skipped."""
+    executable = next(filter(None, map(shutil.which, BROWSERS)), None)
+    if executable is None:
+        pytest.skip(
+            f"no browser: none of {', '.join(BROWSERS)} is on the PATH (Debian: apt-get install chromium)"
+        )
+    # Few tests need it, and it starts a process.
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        # Containers often forbid the sandbox; the pages are our own.
+        options = ["--no-sandbox", "--disable-background-networking", *SOFTWARE_GRAPHICS]
+        chromium = playwright.chromium.launch(executable_path=executable, args=options)
+        yield chromium
+        chromium.close()

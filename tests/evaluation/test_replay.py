@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from wam_cast.errors import InputError
-from wam_cast.evaluation.replay import FRAME_RATE, REST_AT_END, frame_samples, tube, write_replay
+from wam_cast.evaluation.replay import FRAME_RATE, REST_AT_END, frame_samples, write_replay
+from wam_cast.evaluation.viewer import tube
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import cmath
 import html
-import logging
 import math
 from collections.abc import Sequence
 from itertools import pairwise
@@ -13,9 +12,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.geometry import Meshcat, MeshcatAnimation, MeshcatParams, Rgba
+from pydrake.geometry import MeshcatAnimation, Rgba
 
-from wam_cast.evaluation.camera import Camera, view_rotation
 from wam_cast.evaluation.recorded import (
     describe,
     finite_part,
@@ -25,7 +23,8 @@ from wam_cast.evaluation.recorded import (
     what_became,
 )
 from wam_cast.evaluation.scene import CastScene
-from wam_cast.evaluation.style import INK, PAPER, STAGE_COLORS, css_color, stage_name
+from wam_cast.evaluation.style import INK, STAGE_COLORS, css_color, stage_name
+from wam_cast.evaluation.viewer import open_meshcat, place_camera, tube
 from wam_cast.files import write_file
 from wam_cast.system.recording import CastRecording
 
@@ -34,16 +33,10 @@ Array = NDArray[np.float64]
 FRAME_RATE = 24
 """Frames for each second of the cast; the browser moves the bodies smoothly from one to the next."""
 
-TURN, ELEVATION = math.radians(28), math.radians(8)
-"""Of the page's first view: see `view_rotation`."""
-
-FIELD_OF_VIEW = math.radians(30)
-"""Of the page's camera, vertically."""
-
 BALL_PATH_RADIUS, HAND_PATH_RADIUS = 0.003, 0.002
 """Of the tubes that show the paths [m]: browsers draw lines one pixel wide."""
 
-N_SIDES, N_RINGS = 4, 3
+N_RINGS = 3
 """Of each piece of a tube."""
 
 REST_AT_END = 0.75
@@ -82,9 +75,9 @@ def write_replay(
 def open_replay(recordings: CastRecording | Sequence[CastRecording]) -> Any:
     """Return a Meshcat whose page, at its `web_url()`, replays recorded casts for as long as it is kept."""
     casts = _casts(recordings)
-    meshcat = _quiet_meshcat()
-    _dress(meshcat)
-    _place_camera(meshcat, casts)
+    toward = sum(complex(math.cos(one.cast.bearing), math.sin(one.cast.bearing)) for one in casts)
+    meshcat = open_meshcat()
+    place_camera(meshcat, np.vstack([points_to_show(one) for one in casts]), cmath.phase(toward))
     animation = _record_bodies(meshcat, casts)
     joined = join(casts)
     for name, p_WQ, radius in (
@@ -119,57 +112,6 @@ def frame_samples(times: Array) -> NDArray[np.int_]:
 def last_frame(samples: NDArray[np.int_]) -> int:
     """Return the number of the frame, counted from 0, at which a replay of `samples` ends, rest included."""
     return len(samples) - 1 + round(REST_AT_END * FRAME_RATE)
-
-
-def tube(p_WQ: Array, radius: float) -> tuple[Array, NDArray[np.int32]]:
-    """Return an open tube of `radius` [m] around the path p_WQ [m], shape (n, 3): vertices (3, m) and triangles (3, k)."""
-    along = np.gradient(p_WQ, axis=0)
-    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
-    # Of the world's axes the one that the path follows least cannot be parallel to it.
-    helper = np.eye(3)[np.argmin(np.abs(along).max(axis=0))]
-    side = np.cross(along, helper)
-    side /= np.maximum(np.linalg.norm(side, axis=1, keepdims=True), 1e-12)
-    other = np.cross(along, side)
-    angles = 2 * np.pi / N_SIDES * np.arange(N_SIDES)
-    rings = p_WQ[:, None] + radius * (
-        np.cos(angles)[:, None] * side[:, None] + np.sin(angles)[:, None] * other[:, None]
-    )
-    index = np.arange(rings.size // 3).reshape(-1, N_SIDES)
-    here, there = index[:-1], index[1:]
-    quads = np.stack([here, there, np.roll(there, -1, axis=1), np.roll(here, -1, axis=1)], axis=-1).reshape(
-        -1, 4
-    )
-    triangles = np.vstack([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
-    return np.asfortranarray(rings.reshape(-1, 3).T), np.asfortranarray(triangles.T, dtype=np.int32)
-
-
-def _quiet_meshcat() -> Any:
-    """Return a Meshcat that listens on a free port of this machine alone, and does not say so."""
-    logger = logging.getLogger("drake")
-    level = logger.level
-    logger.setLevel(logging.WARNING)
-    try:
-        return Meshcat(MeshcatParams(host="localhost", port=0))
-    finally:
-        logger.setLevel(level)
-
-
-def _dress(meshcat: Any) -> None:
-    for path in ("/Grid", "/Axes"):
-        meshcat.SetProperty(path, "visible", False)
-    meshcat.SetProperty("/Background", "top_color", list(PAPER))
-    meshcat.SetProperty("/Background", "bottom_color", list(PAPER))
-
-
-def _place_camera(meshcat: Any, casts: Sequence[CastRecording]) -> None:
-    toward = sum(complex(math.cos(one.cast.bearing), math.sin(one.cast.bearing)) for one in casts)
-    R_WV = view_rotation(cmath.phase(toward), TURN, ELEVATION)
-    points = np.vstack([points_to_show(one) for one in casts])
-    camera = Camera.framing(points, R_WV, (1000, 1000), FIELD_OF_VIEW)
-    ahead = R_WV[:, 2]
-    depth = float(np.mean((points - camera.p_WV) @ ahead))
-    meshcat.SetCamera(Meshcat.PerspectiveCamera(fov=math.degrees(FIELD_OF_VIEW)))
-    meshcat.SetCameraPose(camera.p_WV, camera.p_WV + depth * ahead)
 
 
 def _record_bodies(meshcat: Any, casts: Sequence[CastRecording]) -> Any:

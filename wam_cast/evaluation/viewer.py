@@ -1,0 +1,73 @@
+"""What all Meshcat pages of a cast share: a plain background, a camera that sees all of it, and tubes for paths."""
+
+from __future__ import annotations
+
+import logging
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.geometry import Meshcat, MeshcatParams
+
+from wam_cast.evaluation.camera import Camera, view_rotation
+from wam_cast.evaluation.style import PAPER
+
+Array = NDArray[np.float64]
+
+TURN, ELEVATION = math.radians(28), math.radians(8)
+"""Of the page's first view: see `view_rotation`."""
+
+FIELD_OF_VIEW = math.radians(30)
+"""Of the page's camera, vertically."""
+
+N_SIDES = 4
+"""Of a tube."""
+
+
+def open_meshcat() -> Any:
+    """Return a Meshcat with a plain background, which listens on a free port of this machine alone and does not say so."""
+    logger = logging.getLogger("drake")
+    level = logger.level
+    logger.setLevel(logging.WARNING)
+    try:
+        meshcat = Meshcat(MeshcatParams(host="localhost", port=0))
+    finally:
+        logger.setLevel(level)
+    for path in ("/Grid", "/Axes"):
+        meshcat.SetProperty(path, "visible", False)
+    for color in ("top_color", "bottom_color"):
+        meshcat.SetProperty("/Background/<object>", color, list(PAPER))
+    return meshcat
+
+
+def place_camera(meshcat: Any, p_WQ: Array, bearing: float) -> None:
+    """Look at the casting plane at `bearing` [rad] such that all points `p_WQ` [m], shape (n, 3), are seen."""
+    R_WV = view_rotation(bearing, TURN, ELEVATION)
+    camera = Camera.framing(p_WQ, R_WV, (1000, 1000), FIELD_OF_VIEW)
+    ahead = R_WV[:, 2]
+    depth = float(np.mean((p_WQ - camera.p_WV) @ ahead))
+    meshcat.SetCamera(Meshcat.PerspectiveCamera(fov=math.degrees(FIELD_OF_VIEW)))
+    meshcat.SetCameraPose(camera.p_WV, camera.p_WV + depth * ahead)
+
+
+def tube(p_WQ: Array, radius: float) -> tuple[Array, NDArray[np.int32]]:
+    """Return an open tube of `radius` [m] around the path p_WQ [m], shape (n, 3): vertices (3, m) and triangles (3, k)."""
+    along = np.gradient(p_WQ, axis=0)
+    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
+    # Of the world's axes the one that the path follows least cannot be parallel to it.
+    helper = np.eye(3)[np.argmin(np.abs(along).max(axis=0))]
+    side = np.cross(along, helper)
+    side /= np.maximum(np.linalg.norm(side, axis=1, keepdims=True), 1e-12)
+    other = np.cross(along, side)
+    angles = 2 * np.pi / N_SIDES * np.arange(N_SIDES)
+    rings = p_WQ[:, None] + radius * (
+        np.cos(angles)[:, None] * side[:, None] + np.sin(angles)[:, None] * other[:, None]
+    )
+    index = np.arange(rings.size // 3).reshape(-1, N_SIDES)
+    here, there = index[:-1], index[1:]
+    quads = np.stack([here, there, np.roll(there, -1, axis=1), np.roll(here, -1, axis=1)], axis=-1).reshape(
+        -1, 4
+    )
+    triangles = np.vstack([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    return np.asfortranarray(rings.reshape(-1, 3).T), np.asfortranarray(triangles.T, dtype=np.int32)

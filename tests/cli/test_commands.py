@@ -152,6 +152,7 @@ def test_throw_executes_the_plan(cli):
     assert planned == {key: record[key] for key in planned}
 
 
+@pytest.mark.slow
 def test_negative_coordinates_need_no_quoting(cli):
     records = json.loads(cli("throw", "--cup", "-0.2,0.5", "--cup", "0.5,-0.3", "--json").out)
     assert [record["cup"] for record in records] == [[-0.2, 0.5], [0.5, -0.3]]
@@ -204,6 +205,7 @@ def test_interrupted_throws_tell_what_was_finished(cli, monkeypatch):
     assert "0.5000, 0.0000" not in table.out
 
 
+@pytest.mark.slow
 def test_replay_of_several_cups_shows_them_all(cli, folder):
     result = cli("throw", "--cup", "0.7", "--cup", "0.45,0.05", "--replay", "a.html", "--json")
     assert (result.code, result.err) == (0, "replay: a.html\n")

@@ -66,7 +66,13 @@ def test_a_miss_is_exit_code_1(process):
 
 
 @pytest.mark.parametrize(
-    "words", ["plan --cup 0.75", "plan --cup 0.75 --json", "--help", "show --graph a.dot"]
+    "words",
+    [
+        "plan --cup 0.75",
+        "--help",
+        pytest.param("plan --cup 0.75 --json", marks=pytest.mark.slow),
+        pytest.param("show --graph a.dot", marks=pytest.mark.slow),
+    ],
 )
 def test_a_reader_that_has_left_gets_no_traceback(process, words):
     reader, writer = os.pipe()

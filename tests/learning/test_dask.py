@@ -20,6 +20,7 @@ print("equal" if by_cluster.equals(alone) else by_cluster.compare(alone))
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(
     importlib.util.find_spec("distributed") is None, reason="the extra `distributed` is not installed"
 )

@@ -94,6 +94,7 @@ def test_search_ends_where_no_neighbour_is_better(data, sigma0):
             assert neighbour.rmse > result.rmse
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sigma0", [0.5, 1.0])
 def test_search_reaches_the_minimum_of_a_grid(sigma0):
     data = sample(60)

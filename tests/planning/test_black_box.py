@@ -48,7 +48,8 @@ def search(method, budget, miss, scenario=None, seed=0):
 
 
 @pytest.mark.parametrize(
-    ("method", "budget", "tolerance"), [("grid", 1000, 0.09), ("cma-es", 200, 0.01), ("bayesian", 15, 0.15)]
+    ("method", "budget", "tolerance"),
+    [("grid", 1000, 0.09), ("cma-es", 200, 0.01), pytest.param("bayesian", 15, 0.15, marks=pytest.mark.slow)],
 )
 def test_the_least_of_a_known_function_is_found(method, budget, tolerance):
     best = LOWER + (UPPER - LOWER) * [0.6, 0.3, 0.7]

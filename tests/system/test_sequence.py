@@ -63,6 +63,7 @@ def test_ball_hangs_clear_of_every_cup_when_the_cup_is_moved(recordings):
         assert recording.p_WL[-1, 2] - scenario.ball.radius > scenario.cup.rim_height + 0.05
 
 
+@pytest.mark.slow
 def test_outcomes_are_those_of_the_recordings_whoever_ran_before(simulator, throws, recordings):
     heard = []
     outcomes = simulator.simulate_sequence(throws, on_outcome=heard.append)
@@ -91,6 +92,7 @@ def test_missed_ball_is_put_to_rest_before_the_next_cast(simulator, throws):
     assert_identical(outcomes[1], simulator.simulate(throws[2].cast, throws[2].cup))
 
 
+@pytest.mark.slow
 def test_who_is_told_of_an_outcome_may_simulate_something_else(simulator, throws):
     expected = simulator.simulate_sequence(throws[:2])
     found = simulator.simulate_sequence(
@@ -131,6 +133,7 @@ class Counting(CastController):
         values.set_value(self._index, context.get_discrete_state(self._index).value() + 1)
 
 
+@pytest.mark.slow
 def test_controllers_own_state_goes_on_into_the_cup_and_to_the_next_cast(throws):
     simulator = CastSimulator(Scenario(), make_controller=Counting)
     recordings = simulator.record_sequence(throws[:2])

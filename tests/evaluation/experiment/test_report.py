@@ -79,6 +79,7 @@ def check_page_needs_nothing_but_itself(folder):
     assert not page.links
 
 
+@pytest.mark.slow
 def test_report_is_whole(no_physics, finished):
     # One test, since its figures take their time.
     findings, folder = finished

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -23,26 +23,22 @@ from pydrake.systems.framework import LeafSystem
 from wam_cast.cast import Cast, checked_cup
 from wam_cast.errors import checked_whole_number
 from wam_cast.scenario import Scenario
-from wam_cast.system.controller import CastController, motor_load
+from wam_cast.system.controller import CastController
 from wam_cast.system.flight_step import flight_step
+from wam_cast.system.judging import Judge, Log
+from wam_cast.system.kinematics import Kinematics
 from wam_cast.system.motion import CastMotion, Stage
 from wam_cast.system.noise import executed_cast
 from wam_cast.system.outcome import (
     REST_RISE,
     SLACK_MARGIN,
-    BallTrack,
-    Crossing,
     Outcome,
-    Status,
-    angle_from_vertical,
-    find_crossing,
     is_inside,
-    judge,
     possible_rise,
     to_casting_plane,
 )
-from wam_cast.system.plant import N_ARM
 from wam_cast.system.recording import CastRecording, Throw
+from wam_cast.system.run import Run, Start
 from wam_cast.system.station import CastStation
 
 Array = NDArray[np.float64]
@@ -75,16 +71,10 @@ class CastSimulator:
         self._flight = CastStation(scenario, has_scene=False, controller=make_controller(scenario))
         self._flight_simulator = Simulator(self._flight.diagram)
         plant = self._flight.plant
-        self._scratch = plant.CreateDefaultContext()
-        self._n_q = plant.num_positions()
         self._ball = plant.GetBodyByName("ball")
         self._hand = plant.GetBodyByName("tool_plate")
-        self._speed_limits = plant.GetVelocityUpperLimits()[:N_ARM]
-        self._lower, self._upper = (
-            plant.GetPositionLowerLimits()[:N_ARM],
-            plant.GetPositionUpperLimits()[:N_ARM],
-        )
-        self._torque_limits = plant.GetEffortUpperLimits()
+        self._kinematics = Kinematics(plant)
+        self._judge = Judge(scenario, plant)
         self.step = flight_step(self._flight)
         ResetIntegratorFromFlags(self._flight_simulator, "runge_kutta2", self.step)
 
@@ -98,14 +88,14 @@ class CastSimulator:
 
         `noise_seed`, a whole number, draws the scenario's noise; without noise it is of no consequence.
         """
-        return self._judge(self._run(cast, cup, noise_seed))
+        return self._outcome(self._run(cast, cup, noise_seed))
 
     def record(
         self, cast: Cast, cup: tuple[float, float] | None = None, *, noise_seed: int = 0
     ) -> CastRecording:
         """Simulate `cast` as `simulate` does, then on to the end of the return, and keep all of it."""
         run = self._run(cast, cup, noise_seed)
-        outcome = self._judge(run)
+        outcome = self._outcome(run)
         if cup is not None:
             outcome = self._return(run, outcome)
         return self._recording(run, outcome)
@@ -154,7 +144,7 @@ class CastSimulator:
 
     def _sequence(
         self, throws: Sequence[Throw], noise_seed: int, *, returns_at_end: bool
-    ) -> Iterator[tuple[_Run, Outcome]]:
+    ) -> Iterator[tuple[Run, Outcome]]:
         noise_seed = checked_whole_number("noise_seed", noise_seed, 0)
         for throw in throws:  # before anything is simulated
             checked_cup(throw.cup)
@@ -162,7 +152,7 @@ class CastSimulator:
         start = None
         for i, throw in enumerate(throws):
             run = self._run(throw.cast, throw.cup, noise_seed + i, start)
-            outcome = self._judge(run)
+            outcome = self._outcome(run)
             start = None
             if returns_at_end or (outcome.is_caught and i + 1 < len(throws)):
                 outcome = self._return(run, outcome)
@@ -172,8 +162,8 @@ class CastSimulator:
             yield run, outcome
 
     def _run(
-        self, cast: Cast, cup: tuple[float, float] | None, noise_seed: int, start: _Start | None = None
-    ) -> _Run:
+        self, cast: Cast, cup: tuple[float, float] | None, noise_seed: int, start: Start | None = None
+    ) -> Run:
         if cup is not None:
             cup = checked_cup(cup)
         noise_seed = checked_whole_number("noise_seed", noise_seed, 0)
@@ -181,14 +171,14 @@ class CastSimulator:
         start_bearing = 0.0 if start is None else start.bearing
         radius = None if cup is None else to_casting_plane(np.array(cup), cast.bearing)[0]
         motion = CastMotion(self.scenario, executed, start_bearing=start_bearing, cup_radius=radius)
-        run = _Run(cast, cup, noise_seed, motion, start)
+        run = Run(cast, cup, noise_seed, motion, start)
         with self._noticing_breakdown(run):
             self._fly(run)
             if run.scene_start is not None:
                 self._settle(run)
         return run
 
-    def _return(self, run: _Run, outcome: Outcome) -> Outcome:
+    def _return(self, run: Run, outcome: Outcome) -> Outcome:
         """Advance to the end of the return, and return the outcome with what went wrong on the way."""
         if run.breakdown is not None:
             return outcome
@@ -198,24 +188,26 @@ class CastSimulator:
                 self._enter_scene(run)
             # On to a whole number of control periods: there the next cast's clock can start.
             self._scene[1].AdvanceTo(period * math.ceil(run.motion.stage_ends[Stage.RETURN] / period - 1e-9))
-        times, states, torques = self._logs(run)
-        since = times > outcome.end_time
-        faults = self._limits_hit(*self._limits_used(states[since], torques[since]))
+        log = self._log(run)
+        since = log.times > outcome.end_time
+        faults = self._judge.limits_hit(Log(log.times[since], log.states[since], log.torques[since]))
         return replace(outcome, return_faults=(*faults, *(["diverged"] if run.breakdown is not None else [])))
 
-    def _end_of(self, run: _Run) -> _Start:
-        return _Start(self._scene[1].get_context().Clone(), run.cast.bearing)
+    def _end_of(self, run: Run) -> Start:
+        return Start(self._scene[1].get_context().Clone(), run.cast.bearing)
 
-    def _recording(self, run: _Run, outcome: Outcome) -> CastRecording:
-        times, states, torques = self._logs(run)
-        p_WL, v_WL, p_WE = self._kinematics(states)
-        p_WE_desired = np.array([run.motion.evaluate(t)[0] for t in times])
-        stages = np.array([run.motion.stage(t) for t in times])
+    def _recording(self, run: Run, outcome: Outcome) -> CastRecording:
+        log = self._log(run)
+        p_WL, v_WL, p_WE = self._kinematics.evaluate(log.states)
+        p_WE_desired = np.array([run.motion.evaluate(t)[0] for t in log.times])
+        stages = np.array([run.motion.stage(t) for t in log.times])
         what = (self.scenario, run.cast, run.cup, outcome)
-        return CastRecording(*what, times, states, torques, p_WL, v_WL, p_WE, p_WE_desired, stages)
+        return CastRecording(
+            *what, log.times, log.states, log.torques, p_WL, v_WL, p_WE, p_WE_desired, stages
+        )
 
     @contextmanager
-    def _noticing_breakdown(self, run: _Run) -> Iterator[None]:
+    def _noticing_breakdown(self, run: Run) -> Iterator[None]:
         try:
             # Numbers that run away overflow on their way out, which numpy need not tell.
             with np.errstate(over="ignore", invalid="ignore"):
@@ -226,7 +218,7 @@ class CastSimulator:
                 raise
             run.breakdown = str(error)
 
-    def _is_broken(self, run: _Run) -> bool:
+    def _is_broken(self, run: Run) -> bool:
         """Return whether the state left all bounds, as it does when an integration becomes unstable."""
         simulators = (
             [self._flight_simulator] if run.scene_start is None else [self._flight_simulator, self._scene[1]]
@@ -236,7 +228,7 @@ class CastSimulator:
         ]
         return not np.all(np.abs(states) < MAX_STATE)
 
-    def _fly(self, run: _Run) -> None:
+    def _fly(self, run: Run) -> None:
         """Advance until the ball has crossed the rim plane and, with a cup, is near something that it can touch.
 
         There the state is handed over to the station with contact. The flight goes on all the same, until the ball is below the
@@ -284,7 +276,7 @@ class CastSimulator:
         to_cup = math.hypot(max(outside, 0.0), max(above, 0.0))
         return float(min(to_cup, p_WL[2]) - radius)
 
-    def _enter_scene(self, run: _Run) -> None:
+    def _enter_scene(self, run: Run) -> None:
         """Hand the state over to the station with contact."""
         station, simulator = self._scene
         source, target = self._flight_simulator.get_context(), simulator.get_mutable_context()
@@ -297,11 +289,11 @@ class CastSimulator:
         simulator.Initialize()
         run.scene_start = source.get_time()
 
-    def _set_start(self, station: CastStation, context: Any, run: _Run) -> None:
+    def _set_start(self, station: CastStation, context: Any, run: Run) -> None:
         bearing = 0.0 if run.start is None else run.start.bearing
         station.set_start(context, run.cast, run.cup, noise_seed=run.noise_seed, start_bearing=bearing)
 
-    def _settle(self, run: _Run) -> None:
+    def _settle(self, run: Run) -> None:
         """Advance until the ball rests in the cup, lies outside of it, or the hold is over."""
         _, simulator = self._scene
         period = self.scenario.controller.period
@@ -323,7 +315,7 @@ class CastSimulator:
             if (run.is_at_rest and run.is_carried) or (on_floor and not inside):
                 return
 
-    def _ball_in_scene(self, run: _Run) -> tuple[Array, float, bool]:
+    def _ball_in_scene(self, run: Run) -> tuple[Array, float, bool]:
         """Return p_CL, the ball's speed, and whether it touches the cup."""
         station, simulator = self._scene
         context = station.plant.GetMyContextFromRoot(simulator.get_context())
@@ -336,8 +328,12 @@ class CastSimulator:
         touches_cup = any(cup.index() in (pair.bodyA_index(), pair.bodyB_index()) for pair in pairs)
         return p_CL, speed, touches_cup
 
-    def _logs(self, run: _Run) -> tuple[Array, Array, Array]:
-        """Return times, states and torques of the flight up to the hand-over and of the scene after it, while they were finite."""
+    def _outcome(self, run: Run) -> Outcome:
+        flight = Log(*self._flight.logged(self._flight_simulator.get_context()))
+        return self._judge.outcome(run, self._log(run), flight)
+
+    def _log(self, run: Run) -> Log:
+        """Return the log of the flight up to the hand-over and of the scene after it, while its states were finite."""
         logs = list(self._flight.logged(self._flight_simulator.get_context()))
         if run.scene_start is not None:
             station, simulator = self._scene
@@ -346,97 +342,7 @@ class CastSimulator:
             later = station.logged(simulator.get_context())
             logs = [np.concatenate([a[:n_flight], b[1:]]) for a, b in zip(logs, later, strict=True)]
         finite = np.all(np.abs(logs[1]) < MAX_STATE, axis=1)
-        times, states, torques = (log[finite] for log in logs)
-        return times, states, torques
-
-    def _kinematics(self, states: Array) -> tuple[Array, Array, Array]:
-        """Return p_WL, v_WL and p_WE of `states`, each of shape (n, 3)."""
-        result = np.empty((3, len(states), 3))
-        for i, state in enumerate(states):
-            self._flight.plant.SetPositionsAndVelocities(self._scratch, state)
-            result[0, i] = self._ball.EvalPoseInWorld(self._scratch).translation()
-            result[1, i] = self._ball.EvalSpatialVelocityInWorld(self._scratch).translational()
-            result[2, i] = self._hand.EvalPoseInWorld(self._scratch).translation()
-        return result[0], result[1], result[2]
-
-    def _judge(self, run: _Run) -> Outcome:
-        times, states, torques = self._logs(run)
-        q, load, speed = self._limits_used(states, torques)
-        limits_hit = self._limits_hit(q, load, speed)
-        crossing, slack = (None, np.full(1, np.nan)) if run.breakdown is not None else self._landing(run)
-        nothing = np.full(3, np.nan)
-        landing = nothing[:2] if crossing is None else crossing.p_WL[:2]
-        velocity = nothing if crossing is None else crossing.v_WL
-        along, across = to_casting_plane(landing, run.cast.bearing)
-        turn_end = float(run.motion.stage_ends[Stage.TURN])
-        return Outcome(
-            status=self._status(run, crossing, limits_hit, times, states),
-            landing=landing,
-            landing_along=along,
-            landing_across=across,
-            crossing_time=math.nan if crossing is None else crossing.time - turn_end,
-            entry_velocity=velocity,
-            entry_angle=angle_from_vertical(velocity),
-            is_slack=bool(slack[0] > SLACK_MARGIN * self.scenario.string.length),
-            slack=float(np.min(slack)),
-            miss=math.nan if run.cup is None else float(np.linalg.norm(landing - run.cup)),
-            peak_load=load,
-            peak_speed=speed,
-            peak_tracking_error=self._peak_tracking_error(run.motion, times, states),
-            limits_hit=limits_hit,
-            end_time=float(times[-1]),
-        )
-
-    def _landing(self, run: _Run) -> tuple[Crossing | None, Array]:
-        """Return the flight's crossing of the rim plane, and the string's slack [m] there and until the ball is below the plane."""
-        times, states, _ = self._flight.logged(self._flight_simulator.get_context())
-        # Kinematics cost: at all looks but the last ones the ball was seen above the plane.
-        end = slice(int(np.searchsorted(times, run.high_until - 1e-9)), None)
-        times = times[end]
-        p_WL, v_WL, p_WE = self._kinematics(states[end])
-        crossing = find_crossing(BallTrack(times, p_WL, v_WL), self.scenario.cup.rim_height)
-        if crossing is None:
-            return None, np.full(1, np.nan)
-        hand = [np.interp(crossing.time, times, p_WE[:, axis]) for axis in range(3)]
-        rim_height, radius = self.scenario.cup.rim_height, self.scenario.ball.radius
-        after = (times > crossing.time) & (p_WL[:, 2] > rim_height - radius)
-        p_EL_W = np.vstack([crossing.p_WL - hand, p_WL[after] - p_WE[after]])
-        return crossing, self.scenario.string.length - np.linalg.norm(p_EL_W, axis=1)
-
-    def _status(
-        self, run: _Run, crossing: Crossing | None, limits_hit: tuple[str, ...], times: Array, states: Array
-    ) -> Status:
-        if run.breakdown is not None:
-            return Status.DIVERGED
-        if limits_hit:
-            return Status.LIMIT_HIT
-        if crossing is None:
-            return Status.NEVER_CROSSED
-        if run.cup is None:
-            return Status.LANDED
-        since = run.high_until if run.scene_start is None else min(run.high_until, run.scene_start)
-        p_WL, _, _ = self._kinematics(states[times >= since - 1e-9])
-        c, s = math.cos(run.cast.bearing), math.sin(run.cast.bearing)
-        R_CW = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
-        p_CL = (p_WL - [*run.cup, self.scenario.cup.rim_height]) @ R_CW.T
-        return judge(p_CL, run.is_at_rest, run.is_carried, self.scenario.cup, self.scenario.ball.radius)
-
-    def _limits_used(self, states: Array, torques: Array) -> tuple[Array, Array, Array]:
-        """Return the arm's joint angles (n, 7), and the largest shares of torque and speed limits used, (7,) each."""
-        load = motor_load(torques, self._torque_limits).max(axis=0, initial=0.0)
-        speed = np.abs(states[:, self._n_q : self._n_q + N_ARM]) / self._speed_limits
-        return states[:, :N_ARM], load, speed.max(axis=0, initial=0.0)
-
-    def _limits_hit(self, q: Array, load: Array, speed: Array) -> tuple[str, ...]:
-        outside = np.any((q < self._lower) | (q > self._upper), axis=0)
-        checks = (("position", outside), ("torque", load > 1 - 1e-9), ("speed", speed > 1))
-        return tuple(f"joint {i + 1} {what}" for what, over in checks for i in np.flatnonzero(over))
-
-    def _peak_tracking_error(self, motion: CastMotion, times: Array, states: Array) -> float:
-        """Return the hand's largest distance from its reference [m] at the looks; in between it cannot change much."""
-        _, _, p_WE = self._kinematics(states[::LOOK_PERIODS])
-        desired = np.array([motion.evaluate(t)[0] for t in times[::LOOK_PERIODS]])
-        return float(np.linalg.norm(p_WE - desired, axis=1).max())
+        return Log(*(log[finite] for log in logs))
 
 
 class _BreakdownError(RuntimeError):
@@ -466,28 +372,3 @@ def _load(station: CastStation, context: Any, other: CastStation, source: Any) -
             target.SetDiscreteState(group, given.get_discrete_state(group).value())
         for index in range(given.num_abstract_states()):
             target.get_mutable_abstract_state(index).SetFrom(given.get_abstract_state(index))
-
-
-@dataclass(frozen=True, eq=False)
-class _Start:
-    """Where the cast before left the robot: a context of the station with contact, and the bearing [rad]."""
-
-    context: Any
-    bearing: float
-
-
-@dataclass
-class _Run:
-    """What one simulation carries from phase to phase."""
-
-    cast: Cast
-    cup: tuple[float, float] | None
-    noise_seed: int
-    motion: CastMotion
-    start: _Start | None
-    high_until: float = 0.0
-    was_low: bool = False
-    scene_start: float | None = None
-    is_at_rest: bool = False
-    is_carried: bool = False
-    breakdown: str | None = None

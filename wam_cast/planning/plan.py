@@ -71,8 +71,8 @@ class Plan:
     reason
         Why the planner stopped, in words.
     searches
-        Of each search, that of this plan first: the casts `[distance, speed, wait]` [m, m/s, s] that it went through, from its start to
-        its end, shape (n, 3). A solver's trials on the way count, the casts beside one that tell its slope do not.
+        Of each search, that of this plan first: the casts `[distance, speed, wait]` [m, m/s, s] that it went through, from its
+        start to its end, shape (n, 3). A solver's trials on the way count, the casts beside one that tell its slope do not.
     """
 
     cup: tuple[float, float]

@@ -277,9 +277,7 @@ def plan_by_program(
 
 
 class _Found(NamedTuple):
-    """Where a solver ended: whether off the cup, how many constraints it violates, its cost, scaled parameters, which constraints,
-    why it ended, and the casts on its way, shape (n, 3).
-    """
+    """Where a solver ended: off the cup or not, violations, cost, scaled parameters, what it violates, why it ended, its way."""
 
     misses: bool
     n_violated: int

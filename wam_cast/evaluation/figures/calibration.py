@@ -74,4 +74,4 @@ def draw_errors(axes: Axes, std: Array, errors: Array) -> None:
     mark_log_axis(axes.yaxis)
     axes.set_xlabel("predicted standard deviation [mm]")
     axes.set_ylabel("|error| [mm]")
-    draw_legend(axes, ncols=3, **ABOVE)
+    draw_legend(axes, **ABOVE)

@@ -5,8 +5,10 @@ from __future__ import annotations
 import html
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from wam_cast.evaluation.replay import open_replay
+from wam_cast.evaluation.viewer import open_meshcat
 from wam_cast.system.recording import CastRecording
 
 
@@ -29,4 +31,25 @@ class EmbeddedPage:
 
 def show_replay(recordings: CastRecording | Sequence[CastRecording], *, height: int = 480) -> EmbeddedPage:
     """Return the replay of one cast, or of several that followed each other, for a notebook to show, `height` pixels high."""
-    return EmbeddedPage(open_replay(recordings).StaticHtml(), height)
+    return embed(open_replay(recordings), height=height)
+
+
+def embed(meshcat: Any, *, height: int = 480) -> EmbeddedPage:
+    """Return what `meshcat` shows now, to be looked at from all sides; it does not change with the Meshcat any more."""
+    return EmbeddedPage(meshcat.StaticHtml(), height)
+
+
+def open_viewer() -> Any:
+    """Return a Meshcat and say where it is, or say that there is none and return none.
+
+    Whether the reader's browser can reach it, only the reader can tell: a kernel may run on another machine.
+    """
+    try:
+        meshcat = open_meshcat()
+    except RuntimeError:
+        print("No port could be opened for Meshcat: the pictures here show the same, without motion.")
+        return None
+    print(
+        f"Meshcat is at {meshcat.web_url()} on the kernel's machine; from another one, forward the port first."
+    )
+    return meshcat

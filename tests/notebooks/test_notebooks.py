@@ -10,6 +10,35 @@ CHECKS = {
     "01_the_robot": [
         "plant.num_velocities() == 7 + 2 * scenario.string.n_links",
     ],
+    "04_data_and_model": [
+        "(len(few), len(data)) == (40, 1700)",
+        "largest_difference < 1e-4",
+        "np.abs(difference).max() < 1e-7",
+        "tuned.is_converged and 0.3 < tuned.sigma < 0.9",
+        "0 < test_rmse < 0.003",
+        "share_of_worst > 0.5 and share_fast > 0.8",
+        "0.8 < within < 1",
+        "np.all(np.diff(np.median(draws, axis=1)) < 0)",
+    ],
+    "05_planning": [
+        "np.allclose(plans['program'].searches[0][-1], plans['program'].cast.to_array(), atol=1e-3)",
+        "all(abs(model.predict(path[-1:])[0, 0] - 0.9) < 1e-3 for path in plans['program'].searches)",
+        "len(plans['gradient'].searches[0]) > 3",
+        "set(trials['status']) == {'caught'}",
+        "trials[trials['planner'] == 'program']['executed'].abs().max() < 0.002",
+        "trials[trials['planner'] == 'gradient']['executed'].abs().max() < 0.012",
+        "noisy_plans['program'].clear_entry_probability > max(0.8, 1.5 * np.median(chances))",
+        "sum(map(enters_clear, outcomes['program'])) > sum(map(enters_clear, outcomes['gradient']))",
+        "all(outcome.is_caught for outcome in thrown)",
+    ],
+    "06_your_own_scenario": [
+        "'string.length' in refusal and 'allow less than' in refusal",
+        "scenario.ball.mass == 0.045 and len(data) == 160",
+        "set(table['status']) == {'caught'}",
+        "table['executed miss [mm]'].max() < 5",
+        "recording.outcome.is_caught",
+        "model.serves(wider) and not model.serves(reference)",
+    ],
 }
 """By notebook, what must be true after it ran."""
 

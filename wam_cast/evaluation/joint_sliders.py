@@ -58,6 +58,7 @@ class JointSliders:
         for name, low, high, value in zip(self._names, *limits, start, strict=True):
             meshcat.AddSlider(name, low, high, STEP, value)
         self._shown = np.full(N_ARM, np.nan)
+        self._following: asyncio.Task[None]
         self.update()
         place_camera(meshcat, room_of(scenario), 0.0)
 
@@ -77,8 +78,15 @@ class JointSliders:
         for letter, frame in self._frames.items():
             self._meshcat.SetTransform(f"/frames/{letter}", self._scene.pose(frame))
 
-    async def follow(self) -> None:
-        """Update again and again, for ever: to be a task of a notebook's event loop, which runs between its cells."""
+    def follow(self) -> None:
+        """Keep updating until `stop`, in the running event loop, which a notebook's kernel has: between its cells."""
+        self._following = asyncio.get_running_loop().create_task(self._follow())
+
+    def stop(self) -> None:
+        """End what `follow` began."""
+        self._following.cancel()
+
+    async def _follow(self) -> None:
         while True:
             self.update()
             await asyncio.sleep(PERIOD)

@@ -56,6 +56,7 @@ def floor_without_physics(monkeypatch):
             n_evaluations=1,
             n_solutions=1,
             reason="it was told so",
+            searches=(),
         )
 
     def simulate(scenario, one, cup, *, noise_seed):

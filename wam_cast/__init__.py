@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from wam_cast.learning.dataset import CastDataset as CastDataset
     from wam_cast.learning.dataset import generate_dataset as generate_dataset
     from wam_cast.learning.forward_model import ForwardModel as ForwardModel
+    from wam_cast.learning.forward_model import reference_dataset as reference_dataset
     from wam_cast.learning.forward_model import reference_model as reference_model
     from wam_cast.learning.kernel_ridge import KernelRidge as KernelRidge
     from wam_cast.planning.plan import Plan as Plan
@@ -51,6 +52,7 @@ _HOME = {
     "Throw": "system.recording",
     "generate_dataset": "learning.dataset",
     "plan_cast": "planning.plan",
+    "reference_dataset": "learning.forward_model",
     "reference_model": "learning.forward_model",
     "reproduce": "evaluation.experiment.run",
     "simulate_cast": "system.simulate",

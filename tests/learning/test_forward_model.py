@@ -14,7 +14,7 @@ from scipy.stats import norm
 from wam_cast.cast import PARAMETERS, cast_bounds
 from wam_cast.errors import InputError
 from wam_cast.learning.dataset import CastDataset, simulate_row
-from wam_cast.learning.forward_model import ForwardModel, reference_directory, reference_model
+from wam_cast.learning.forward_model import ForwardModel, reference_dataset, reference_model
 from wam_cast.learning.kernel_ridge import KernelRidge
 from wam_cast.learning.leave_one_out import tune_by_leave_one_out
 from wam_cast.learning.parts import OUTPUTS, Parts, split_casts
@@ -423,7 +423,7 @@ def test_an_unwritable_output_leaves_nothing_behind(model, file, name):
 
 @pytest.fixture(scope="module")
 def reference_data():
-    return CastDataset.load(reference_directory() / "dataset")
+    return reference_dataset()
 
 
 def test_reference_model_needs_neither_drake_nor_pandas():

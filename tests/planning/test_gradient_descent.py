@@ -98,6 +98,19 @@ def test_the_shortest_move_holds_on_the_way(make_model):
     assert distance == pytest.approx(0.2 * speed, rel=1e-9)
 
 
+def test_it_tells_every_cast_on_its_way(make_model):
+    model = make_model()
+    solution = plan_by_gradient_descent(model, 0.83)
+    (path,) = solution.searches
+    n_steps = len(path) - 1
+    assert solution.reason == f"within 10 mm after {n_steps} steps"
+    assert n_steps > 5
+    for step in (0, 1, n_steps):
+        np.testing.assert_array_equal(
+            path[step], plan_by_gradient_descent(model, 0.83, max_steps=step).parameters
+        )
+
+
 def test_the_same_cup_gets_the_same_cast_whatever_was_planned_before(curved_model):
     first = plan_by_gradient_descent(curved_model, 0.8)
     plan_by_gradient_descent(curved_model, 0.5)

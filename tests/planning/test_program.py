@@ -55,6 +55,21 @@ def test_the_solution_lands_in_the_cups_middle(curved_model, radius):
     assert solution.n_solutions >= 1
 
 
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_it_tells_each_search_from_a_known_cast_to_its_end_the_chosen_one_first(curved_model, solver):
+    solution = plan_by_program(curved_model, 0.75, solver=solver)
+    assert 1 < len(solution.searches) <= N_STARTS
+    starts, ends = (np.array([path[i] for path in solution.searches]) for i in (0, -1))
+    known = curved_model.known_casts
+    for start in starts:
+        assert np.min(np.max(np.abs(known - start), axis=1)) < 1e-12
+    np.testing.assert_allclose(ends[0], solution.parameters, atol=1e-6)
+    assert len(np.unique(starts, axis=0)) == len(starts)
+    for path in solution.searches:
+        landing = curved_model.predict(path)[:, 0]
+        assert abs(landing[-1] - 0.75) < min(1e-3, abs(landing[0] - 0.75))
+
+
 # --- what is best: one term decides at a time
 
 

@@ -22,7 +22,7 @@ from pydrake.systems.framework import DiagramBuilder
 from wam_cast.evaluation.recorded import CEILING_RADIUS, CEILING_THICKNESS
 from wam_cast.evaluation.style import PAPER
 from wam_cast.scenario import Scenario
-from wam_cast.system.plant import fill_plant
+from wam_cast.system.plant import fill_plant, hanging_positions
 
 Array = NDArray[np.float64]
 
@@ -114,6 +114,15 @@ class CastScene:
         """Put the scene at `time` [s], with its plant in `state`, shape (n_x,), such as a row of `CastRecording.states`."""
         self.context.SetTime(time)
         self.plant.SetPositionsAndVelocities(self._plant_context, state)
+
+    def set_posture(self, q_arm: Array) -> None:
+        """Put the arm at the joint angles `q_arm` [rad], shape (7,), all at rest and the ball hanging."""
+        q = hanging_positions(self.plant, q_arm)
+        self.set_state(0.0, np.concatenate([q, np.zeros(self.plant.num_velocities())]))
+
+    def pose(self, frame: Any) -> Any:
+        """Return the pose of one of the plant's frames in the world, a `RigidTransform` [m]."""
+        return frame.CalcPoseInWorld(self._plant_context)
 
     def position(self, body: str) -> Array:
         """Return where the origin of `body` is in the world [m], shape (3,)."""

@@ -384,3 +384,11 @@ def reference_directory() -> Path:
 def reference_model() -> ForwardModel:
     """Return the forward model of the reference scenario, fitted to the dataset that the package ships."""
     return ForwardModel.load(reference_directory() / "model.npz")
+
+
+def reference_dataset() -> CastDataset:
+    """Return the dataset that `reference_model` was fitted to: 1,700 casts of the reference scenario, seed 0, without a cup."""
+    # A model that was fitted before does without pandas.
+    from wam_cast.learning.dataset import CastDataset
+
+    return CastDataset.load(reference_directory() / "dataset")

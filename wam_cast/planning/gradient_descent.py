@@ -37,15 +37,16 @@ def plan_by_gradient_descent(
 
     parameters = nearest_allowed(scenario, (lower + upper) / 2)
     offsets = DIFFERENCE * np.vstack([np.zeros(3), np.eye(3), -np.eye(3)])
-    step = 0
+    path = [parameters]
     while True:
         scaled = (parameters - lower) / span
         distance, *around = distance_from_cup(scaled + offsets)
+        step = len(path) - 1
         if distance <= tolerance or step == max_steps:
             where = "within" if distance <= tolerance else "not within"
             reason = f"{where} {1e3 * tolerance:g} mm after {step} steps"
-            return Solution(parameters, 7 * (step + 1), reason)
+            return Solution(parameters, 7 * len(path), reason, (np.array(path),))
         gradient = (np.array(around[:3]) - np.array(around[3:])) / (2 * DIFFERENCE)
         scaled = scaled - STEP_FACTOR * distance * gradient
         parameters = nearest_allowed(scenario, lower + span * scaled)
-        step += 1
+        path.append(parameters)

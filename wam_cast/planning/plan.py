@@ -70,6 +70,9 @@ class Plan:
         descent looks for one only.
     reason
         Why the planner stopped, in words.
+    searches
+        Of each search, that of this plan first: the casts `[distance, speed, wait]` [m, m/s, s] that it went through, from its
+        start to its end, shape (n, 3). A solver's trials on the way count, the casts beside one that tell its slope do not.
     """
 
     cup: tuple[float, float]
@@ -88,15 +91,17 @@ class Plan:
     n_evaluations: int
     n_solutions: int
     reason: str
+    searches: tuple[Array, ...]
 
 
 @dataclass(frozen=True)
 class Solution:
-    """What a planner found in the casting plane: parameters `[distance, speed, wait]`, shape (3,), and how."""
+    """What a planner found in the casting plane: parameters `[distance, speed, wait]`, shape (3,), and how; see `Plan`."""
 
     parameters: Array
     n_evaluations: int
     reason: str
+    searches: tuple[Array, ...]
     n_solutions: int = 1
 
 
@@ -155,6 +160,7 @@ def plan_cast(
         n_evaluations=solution.n_evaluations,
         n_solutions=solution.n_solutions,
         reason=solution.reason,
+        searches=solution.searches,
     )
 
 

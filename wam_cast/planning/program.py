@@ -94,7 +94,7 @@ class CastProgram:
     decision
         Its variables: distance, speed and wait, each scaled to [0, 1] between its bounds.
     evaluator
-        Evaluates the model for cost and constraints; counts how often.
+        Evaluates the model for cost and constraints; counts how often, and keeps where.
     """
 
     program: Any
@@ -112,6 +112,7 @@ class Evaluator:
         self.lower, upper = cast_bounds(model.scenario)
         self.span = upper - self.lower
         self.n_evaluations = 0
+        self.visited: list[Array] = []
         self._last: tuple[bytes, Any] = (b"", None)
 
     @property
@@ -157,7 +158,9 @@ class Evaluator:
         key = scaled.tobytes()
         if key != self._last[0]:
             self.n_evaluations += 1
-            self._last = key, self._model.expand(self.lower + self.span * scaled)
+            cast = self.lower + self.span * scaled
+            self.visited.append(cast)
+            self._last = key, self._model.expand(cast)
         expansion: Expansion = self._last[1]
         return expansion
 
@@ -242,6 +245,7 @@ def plan_by_program(
         options.SetOption(make_solver.id(), name, value)
     found: list[_Found] = []
     for start in _starts(model, evaluator, radius):
+        evaluator.visited = [evaluator.lower + evaluator.span * start]
         result = make_solver().Solve(built.program, start, options)
         # NLopt gives no numbers where there is no solution.
         scaled = result.GetSolution(built.decision)
@@ -253,11 +257,11 @@ def plan_by_program(
             if not built.program.CheckSatisfied(binding, scaled, SATISFIED)
         )
         cost = float(evaluator.log_spread(scaled)[0][0])
-        found.append(
-            _Found(bool(misses), len(violated), cost, scaled, violated, result.get_solution_result().name)
-        )
+        why, path = result.get_solution_result().name, np.array(evaluator.visited)
+        found.append(_Found(bool(misses), len(violated), cost, scaled, violated, why, path))
     # Solutions that land come first, of these the ones that keep most constraints, and of these the one of least cost.
-    best = min(found, key=lambda one: one[:3])
+    found.sort(key=lambda one: one[:3])
+    best = found[0]
     landing = [one.scaled for one in found if not one.misses and not one.violated]
     n_distinct = _count_distinct(landing)
     reason = (
@@ -268,11 +272,12 @@ def plan_by_program(
         reason += f", against {', '.join(best.violated)}"
     # The solver keeps its constraints up to a tolerance.
     parameters = nearest_allowed(model.scenario, evaluator.lower + evaluator.span * best.scaled)
-    return Solution(parameters, evaluator.n_evaluations, reason, n_distinct)
+    searches = tuple(one.path for one in found)
+    return Solution(parameters, evaluator.n_evaluations, reason, searches, n_distinct)
 
 
 class _Found(NamedTuple):
-    """Where a solver ended: whether off the cup, how many constraints it violates, its cost, scaled parameters, which, and why."""
+    """Where a solver ended: off the cup or not, violations, cost, scaled parameters, what it violates, why it ended, its way."""
 
     misses: bool
     n_violated: int
@@ -280,6 +285,7 @@ class _Found(NamedTuple):
     scaled: Array
     violated: tuple[str, ...]
     result: str
+    path: Array
 
 
 def _count_distinct(solutions: list[Array]) -> int:

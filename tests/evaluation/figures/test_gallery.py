@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
-from wam_cast.evaluation.figures.calibration import draw_calibration
+from wam_cast.evaluation.figures.calibration import draw_calibration, draw_errors
 from wam_cast.evaluation.figures.comparison import draw_comparison, draw_polynomials
 from wam_cast.evaluation.figures.data_flow import draw_data_flow
 from wam_cast.evaluation.figures.error_curves import draw_error_curve
@@ -106,6 +106,9 @@ CASES = {
     "landing map beyond its levels": landing_map(SLOW_ENOUGH, LANDING + 5, np.zeros((0, 3))),
     "calibration": Case(draw_calibration, (FIVE, {"test": FIVE**2, "validation": FIVE})),
     "calibration of nan": Case(draw_calibration, (FIVE, {"test": UNKNOWN})),
+    "errors": Case(draw_errors, (0.01 * FIVE, 0.01 * FIVE**2)),
+    "errors of nan": Case(draw_errors, (FIVE, UNKNOWN)),
+    "errors of nothing": Case(draw_errors, (NONE, NONE)),
     "comparison": Case(
         draw_comparison,
         (["kernel ridge", "polynomial", "linear"], np.array([0.002, 0.1, np.nan])) + ((FIVE[:3] * 0.01,) * 2),

@@ -3,12 +3,11 @@
 import numpy as np
 
 from wam_cast.evaluation.figures.histograms import draw_histogram
-from wam_cast.learning.dataset import CastDataset
-from wam_cast.learning.forward_model import reference_directory
+from wam_cast.learning.forward_model import reference_dataset
 
 
 def test_every_cast_is_counted_in_the_unit_shown(axes):
-    data = CastDataset.load(reference_directory() / "dataset")
+    data = reference_dataset()
     bounds = data.scenario.bounds.distance
     draw_histogram(axes, data.frame["distance"].to_numpy(), label="distance [cm]", scale=100, bounds=bounds)
     assert sum(bar.get_height() for bar in axes.patches) == len(data)

@@ -15,7 +15,7 @@ from wam_cast.evaluation.recorded import CEILING_THICKNESS
 from wam_cast.evaluation.scene import CastScene, make_renderer
 from wam_cast.evaluation.style import INK
 from wam_cast.scenario import Scenario
-from wam_cast.system.plant import hanging_positions, make_arm_plant, starting_posture
+from wam_cast.system.plant import make_arm_plant, starting_posture
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -55,8 +55,7 @@ def render_set_up(scenario: Scenario, cup: tuple[float, float]) -> SetUpView:
     """Render the arm in its starting posture, the ball hanging, and a cup at world (x, y) [m], off screen."""
     bearing = math.atan2(cup[1], cup[0])
     scene = CastScene(scenario, cup, renderers={"vtk": make_renderer(bearing)})
-    q = hanging_positions(scene.plant, starting_posture(make_arm_plant(scenario), scenario, bearing))
-    scene.set_state(0.0, np.concatenate([q, np.zeros(scene.plant.num_velocities())]))
+    scene.set_posture(starting_posture(make_arm_plant(scenario), scenario, bearing))
     parts = _parts(scenario, math.hypot(*cup), bearing) | {"WAM arm": scene.position("link4")}
     dimensions = _dimensions(scenario, math.hypot(*cup), bearing)
     mount = parts["ceiling mount"]

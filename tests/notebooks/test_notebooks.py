@@ -1,0 +1,91 @@
+"""Each notebook runs from top to bottom in an empty directory, warns of nothing, and its results are right."""
+
+import nbformat
+import pytest
+from nbclient.exceptions import CellExecutionError
+
+pytestmark = pytest.mark.slow
+
+CHECKS = {
+    "01_the_robot": [
+        "plant.num_velocities() == 7 + 2 * scenario.string.n_links",
+    ],
+    "04_data_and_model": [
+        "(len(few), len(data)) == (40, 1700)",
+        "largest_difference < 1e-4",
+        "np.abs(difference).max() < 1e-7",
+        "tuned.is_converged and 0.3 < tuned.sigma < 0.9",
+        "0 < test_rmse < 0.003",
+        "share_of_worst > 0.5 and share_fast > 0.8",
+        "0.8 < within < 1",
+        "np.all(np.diff(np.median(draws, axis=1)) < 0)",
+    ],
+    "05_planning": [
+        "np.allclose(plans['program'].searches[0][-1], plans['program'].cast.to_array(), atol=1e-3)",
+        "all(abs(model.predict(path[-1:])[0, 0] - 0.9) < 1e-3 for path in plans['program'].searches)",
+        "len(plans['gradient'].searches[0]) > 3",
+        "set(trials['status']) == {'caught'}",
+        "trials[trials['planner'] == 'program']['executed'].abs().max() < 0.002",
+        "trials[trials['planner'] == 'gradient']['executed'].abs().max() < 0.012",
+        "noisy_plans['program'].clear_entry_probability > max(0.8, 1.5 * np.median(chances))",
+        "sum(map(enters_clear, outcomes['program'])) > sum(map(enters_clear, outcomes['gradient']))",
+        "all(outcome.is_caught for outcome in thrown)",
+    ],
+    "06_your_own_scenario": [
+        "'string.length' in refusal and 'allow less than' in refusal",
+        "scenario.ball.mass == 0.045 and len(data) == 160",
+        "set(table['status']) == {'caught'}",
+        "table['executed miss [mm]'].max() < 5",
+        "recording.outcome.is_caught",
+        "model.serves(wider) and not model.serves(reference)",
+    ],
+}
+"""By notebook, what must be true after it ran."""
+
+
+def warnings_of(executed):
+    """Return all that the notebook's cells wrote to the standard error."""
+    outputs = [output for cell in executed.cells for output in cell.get("outputs", [])]
+    return "".join(output.text for output in outputs if output.get("name") == "stderr")
+
+
+def notebook_of(*cells):
+    return nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(code) for code in cells])
+
+
+def test_every_notebook_has_its_checks(notebook_paths):
+    assert set(CHECKS) == set(notebook_paths)
+
+
+@pytest.mark.parametrize("name", CHECKS)
+def test_notebook_runs_and_its_results_are_right(name, notebook_paths, run_notebook):
+    notebook = nbformat.read(notebook_paths[name], as_version=4)
+    executed = run_notebook(notebook, after=[f"assert {check}" for check in CHECKS[name]])
+    assert warnings_of(executed) == ""
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "from pydrake.common.deprecation import _warn_deprecated as warn\nwarn('old', date='2099-01-01')",
+        "assert 1 + 1 == 3",
+    ],
+)
+def test_deprecated_use_of_drake_and_false_checks_stop_a_notebook(code, run_notebook):
+    with pytest.raises(CellExecutionError, match=r"DrakeDeprecationWarning|AssertionError"):
+        run_notebook(notebook_of("x = 1"), after=[code])
+
+
+def test_what_python_and_cpp_warn_of_is_noticed(run_notebook):
+    by_python = "import warnings\nwarnings.warn('from Python')"
+    by_cpp = "import os\n_ = os.write(2, b'from C++')"
+    noticed = warnings_of(run_notebook(notebook_of(by_python, by_cpp)))
+    assert "from Python" in noticed
+    assert "from C++" in noticed
+
+
+def test_notebook_runs_this_python_in_an_empty_directory(run_notebook):
+    import sys
+
+    checks = ["import os, sys", "assert os.listdir() == []", f"assert sys.executable == {sys.executable!r}"]
+    run_notebook(notebook_of("x = 1"), after=checks)

@@ -1,0 +1,55 @@
+"""What the notebooks show and matplotlib does not: pages inside the page. For JupyterLab, VS Code and rendered documents alike."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from wam_cast.evaluation.replay import open_replay
+from wam_cast.evaluation.viewer import open_meshcat
+from wam_cast.system.recording import CastRecording
+
+
+@dataclass(frozen=True)
+class EmbeddedPage:
+    """A web page that a notebook shows inside a cell's output, `height` pixels high.
+
+    It is part of the output: it needs no server and no network, and goes along when the notebook is saved or rendered.
+    """
+
+    page: str
+    height: int
+
+    def _repr_html_(self) -> str:
+        return (
+            f'<iframe srcdoc="{html.escape(self.page)}" width="100%" height="{self.height}" '
+            'style="border: 0" allowfullscreen></iframe>'
+        )
+
+
+def show_replay(recordings: CastRecording | Sequence[CastRecording], *, height: int = 480) -> EmbeddedPage:
+    """Return the replay of one cast, or of several that followed each other, for a notebook to show, `height` pixels high."""
+    return embed(open_replay(recordings), height=height)
+
+
+def embed(meshcat: Any, *, height: int = 480) -> EmbeddedPage:
+    """Return what `meshcat` shows now, to be looked at from all sides; it does not change with the Meshcat any more."""
+    return EmbeddedPage(meshcat.StaticHtml(), height)
+
+
+def open_viewer() -> Any:
+    """Return a Meshcat and say where it is, or say that there is none and return none.
+
+    Whether the reader's browser can reach it, only the reader can tell: a kernel may run on another machine.
+    """
+    try:
+        meshcat = open_meshcat()
+    except RuntimeError:
+        print("No port could be opened for Meshcat: the pictures here show the same, without motion.")
+        return None
+    print(
+        f"Meshcat is at {meshcat.web_url()} on the kernel's machine; from another one, forward the port first."
+    )
+    return meshcat

@@ -18,14 +18,42 @@ from wam_cast.cli.commands import app as command_line
 PACKAGE = Path(wam_cast.__file__).parent
 
 LAYERS = {
-    "base": ("Scenario and cast", "What is fixed during an experiment, and what is decided anew for each cast.", ["cast", "scenario", "errors", "arm_model"]),
-    "system": ("System", "The robot as a Drake systems diagram: plant, motion, controller, station, simulation, outcome.", ["system"]),
-    "learning": ("Learning", "Datasets of random casts, the estimator, its parameters, the forward model.", ["learning"]),
-    "planning": ("Planning", "From a cup to a cast. Planners know a model by the protocol `Predictor` alone, and never simulate.", ["planning"]),
+    "base": (
+        "Scenario and cast",
+        "What is fixed during an experiment, and what is decided anew for each cast.",
+        ["cast", "scenario", "errors", "arm_model"],
+    ),
+    "system": (
+        "System",
+        "The robot as a Drake systems diagram: plant, motion, controller, station, simulation, outcome.",
+        ["system"],
+    ),
+    "learning": (
+        "Learning",
+        "Datasets of random casts, the estimator, its parameters, the forward model.",
+        ["learning"],
+    ),
+    "planning": (
+        "Planning",
+        "From a cup to a cast. Planners know a model by the protocol `Predictor` alone, and never simulate.",
+        ["planning"],
+    ),
     "evaluation": ("Evaluation", "Replays, film strips, maps and drawings.", ["evaluation"]),
-    "experiment": ("Experiment", "The paper's experiment: its phases, results and report.", ["evaluation/experiment"]),
-    "figures": ("Figures", "A drawing function for each figure, which takes data and an `Axes`.", ["evaluation/figures"]),
-    "planners": ("Comparison of planners", "What the planners are compared with, and how.", ["evaluation/planners"]),
+    "experiment": (
+        "Experiment",
+        "The paper's experiment: its phases, results and report.",
+        ["evaluation/experiment"],
+    ),
+    "figures": (
+        "Figures",
+        "A drawing function for each figure, which takes data and an `Axes`.",
+        ["evaluation/figures"],
+    ),
+    "planners": (
+        "Comparison of planners",
+        "What the planners are compared with, and how.",
+        ["evaluation/planners"],
+    ),
 }
 """Pages of the reference: title, a sentence, and the modules or folders of modules that they hold."""
 
@@ -72,7 +100,9 @@ def first_line(docstring: str | None) -> str:
 def reference_page(title: str, sentence: str, places: list[str]) -> str:
     """Return a page of the reference: a section for each module."""
     sections = [
-        f"## {name}\n\n```{{eval-rst}}\n.. automodule:: {name}\n```\n" for place in places for name, _ in modules_in(place)
+        f"## {name}\n\n```{{eval-rst}}\n.. automodule:: {name}\n```\n"
+        for place in places
+        for name, _ in modules_in(place)
     ]
     return "\n".join([f"# {title}\n\n{sentence}\n", *sections])
 
@@ -106,7 +136,9 @@ def command_section(context: object, name: str, command: object) -> str:
         if record is not None and "--help" not in parameter.opts:
             names, text = (part.replace("|", r"\|") for part in record)
             rows.append(f"| `{names}` | {text} |")
-    return "\n\n".join([f"## {name}", inspect.cleandoc(command.help), f"```text\n{usage}\n```", "\n".join(rows), ""])
+    return "\n\n".join(
+        [f"## {name}", inspect.cleandoc(command.help), f"```text\n{usage}\n```", "\n".join(rows), ""]
+    )
 
 
 def command_line_page() -> str:

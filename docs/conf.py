@@ -28,10 +28,11 @@ highlight_language = "none"
 smartquotes = False  # options begin with two hyphens
 nitpicky = True
 # Names of other packages, which a build would need the network to resolve, and abbreviations of types.
-OTHERS = "builtins|collections|concurrent|contextlib|enum|matplotlib|numpy|pandas|pathlib|pyarrow|pydantic|pydantic_core|pydrake|sklearn"
-ABBREVIATIONS = (
-    r"Any|Array|ArrayLike|Axes|Axis|Figure|FloatArray|NDArray|Path|np\.bool_|float64|int64|uint8|.*\.[RT]"
+OTHERS = (
+    "builtins|collections|concurrent|contextlib|enum|matplotlib|numpy|pandas|pathlib|pyarrow|pydantic|pydantic_core|"
+    "pydrake|sklearn"
 )
+ABBREVIATIONS = r"Any|Array|ArrayLike|Axes|Axis|Figure|FloatArray|NDArray|Path|np\.bool_|(float|u?int|complex)\d+|.*\.[RT]"
 nitpick_ignore_regex = [("py:.*", rf"({OTHERS})(\..*)?"), ("py:.*", ABBREVIATIONS)]
 
 suppress_warnings = ["myst.header"]  # the README's results begin a level lower than a page does

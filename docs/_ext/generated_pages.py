@@ -3,12 +3,10 @@
 They go to folders that git ignores, and are rewritten only where they changed, so that Sphinx reads again only those.
 """
 
-import ast
-import importlib
 import inspect
 import shutil
-from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import typer
 
@@ -18,44 +16,16 @@ from wam_cast.cli.commands import app as command_line
 PACKAGE = Path(wam_cast.__file__).parent
 
 LAYERS = {
-    "base": (
-        "Scenario and cast",
-        "What is fixed during an experiment, and what is decided anew for each cast.",
-        ["cast", "scenario", "errors", "arm_model"],
-    ),
-    "system": (
-        "System",
-        "The robot as a Drake systems diagram: plant, motion, controller, station, simulation, outcome.",
-        ["system"],
-    ),
-    "learning": (
-        "Learning",
-        "Datasets of random casts, the estimator, its parameters, the forward model.",
-        ["learning"],
-    ),
-    "planning": (
-        "Planning",
-        "From a cup to a cast. Planners know a model by the protocol `Predictor` alone, and never simulate.",
-        ["planning"],
-    ),
-    "evaluation": ("Evaluation", "Replays, film strips, maps and drawings.", ["evaluation"]),
-    "experiment": (
-        "Experiment",
-        "The paper's experiment: its phases, results and report.",
-        ["evaluation/experiment"],
-    ),
-    "figures": (
-        "Figures",
-        "A drawing function for each figure, which takes data and an `Axes`.",
-        ["evaluation/figures"],
-    ),
-    "planners": (
-        "Comparison of planners",
-        "What the planners are compared with, and how.",
-        ["evaluation/planners"],
-    ),
+    "base": ("Scenario and cast", ["cast", "scenario", "errors", "arm_model"]),
+    "system": ("System: the robot as a Drake diagram", ["system"]),
+    "learning": ("Learning: datasets and the forward model", ["learning"]),
+    "planning": ("Planning: from a cup to a cast", ["planning"]),
+    "evaluation": ("Evaluation: replays and pictures", ["evaluation"]),
+    "experiment": ("Evaluation: the paper's experiment", ["evaluation/experiment"]),
+    "figures": ("Evaluation: figures", ["evaluation/figures"]),
+    "planners": ("Evaluation: comparison of planners", ["evaluation/planners"]),
 }
-"""Pages of the reference: title, a sentence, and the modules or folders of modules that they hold."""
+"""Pages of the reference: title, and the modules or folders of modules that they hold."""
 
 
 def write_if_changed(path: Path, text: str) -> None:
@@ -83,13 +53,11 @@ def copy_notebooks(source: Path, target: Path) -> None:
 # ---------------------------------------------------------------- reference
 
 
-def modules_in(place: str) -> Iterator[tuple[str, str]]:
-    """Yield name and first sentence of the modules at a place in the package: a module, or all directly in a folder."""
+def modules_in(place: str) -> list[str]:
+    """Return the names of the modules at a place in the package: of the one that is there, or of all directly in a folder."""
     path = PACKAGE / place
     files = sorted(path.glob("[!_]*.py")) if path.is_dir() else [path.with_suffix(".py")]
-    for file in files:
-        name = ".".join(["wam_cast", *file.relative_to(PACKAGE).with_suffix("").parts])
-        yield name, first_line(ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))))
+    return [".".join(["wam_cast", *file.relative_to(PACKAGE).with_suffix("").parts]) for file in files]
 
 
 def first_line(docstring: str | None) -> str:
@@ -97,14 +65,14 @@ def first_line(docstring: str | None) -> str:
     return " ".join((docstring or "").split("\n\n")[0].split())
 
 
-def reference_page(title: str, sentence: str, places: list[str]) -> str:
+def reference_page(title: str, places: list[str]) -> str:
     """Return a page of the reference: a section for each module."""
     sections = [
         f"## {name}\n\n```{{eval-rst}}\n.. automodule:: {name}\n```\n"
         for place in places
-        for name, _ in modules_in(place)
+        for name in modules_in(place)
     ]
-    return "\n".join([f"# {title}\n\n{sentence}\n", *sections])
+    return "\n".join([f"# {title}\n", *sections])
 
 
 def public_names() -> str:
@@ -126,7 +94,7 @@ def write_reference(folder: Path) -> None:
 # ---------------------------------------------------------------- command line
 
 
-def command_section(context: object, name: str, command: object) -> str:
+def command_section(context: Any, name: str, command: Any) -> str:
     """Return a command's description, usage and options, as its own `--help` has them."""
     own = type(context)(command, info_name=name, parent=context)
     usage = command.get_usage(own).removeprefix("Usage: ")
@@ -151,7 +119,7 @@ def command_line_page() -> str:
 # ---------------------------------------------------------------- Sphinx
 
 
-def write_pages(app: object) -> None:
+def write_pages(app: Any) -> None:
     """Write all of it."""
     docs = Path(app.srcdir)
     copy_notebooks(docs.parent / "notebooks", docs / "notebooks")
@@ -160,7 +128,7 @@ def write_pages(app: object) -> None:
     write_if_changed(docs / "_generated" / "commands.md", command_line_page())
 
 
-def setup(app: object) -> dict[str, bool]:
-    """Have Sphinx call it before it looks for pages."""
+def setup(app: Any) -> dict[str, bool]:
+    """Write them before Sphinx looks for pages."""
     app.connect("builder-inited", write_pages)
     return {"parallel_read_safe": True}

@@ -1,8 +1,8 @@
 """Every code block of the README and of the site is executed, or declared in the tables below.
 
-Python runs as it stands, the blocks of a page in order and in one namespace. YAML is loaded as a scenario. Of a shell's lines `wam-cast`
-runs in this process, in the folder of the page; what would take long is in `CHEAPER`, with what runs instead, and what is no
-business of this test is in `ELSEWHERE`, with who does run it. A line in neither, or a block of another language, fails.
+Python runs as it stands, the blocks of a page in order and in one namespace. YAML is loaded as a scenario. A shell's lines of
+`wam-cast` run in this process, in a folder for the page; what would take long is in `CHEAPER`, with what runs instead, and what is
+no business of this test is in `ELSEWHERE`, with who does run it. A line in neither, or a block of another language, fails.
 """
 
 import re
@@ -29,7 +29,9 @@ FENCES = {
 
 CHEAPER = {
     "wam-cast generate --casts 1700 --seed 0 --out casts": "wam-cast generate --casts 40 --seed 0 --out casts",
-    "wam-cast generate --casts 1700 --seed 0 --out casts --workers 2": "wam-cast generate --casts 2 --seed 0 --out casts --workers 2",
+    "wam-cast generate --casts 1700 --seed 0 --out casts --workers 2": (
+        "wam-cast generate --casts 2 --seed 0 --out casts --workers 2"
+    ),
     "wam-cast generate --scenario longer.yaml --casts 1700 --out longer.casts": (
         "wam-cast generate --scenario longer.yaml --casts 40 --out longer.casts"
     ),

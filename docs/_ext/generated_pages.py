@@ -4,7 +4,6 @@ They go to folders that git ignores, and are rewritten only where they changed, 
 """
 
 import inspect
-import shutil
 from pathlib import Path
 from typing import Any
 
@@ -39,15 +38,16 @@ def write_if_changed(path: Path, text: str) -> None:
 
 
 def copy_notebooks(source: Path, target: Path) -> None:
-    """Copy the notebooks to where Sphinx finds them, and remove copies of those that are gone."""
-    target.mkdir(exist_ok=True)
+    """Copy the notebooks to where Sphinx finds them, and remove copies of those that are gone.
+
+    Their links to these pages are right where they lie; a folder deeper the way is another.
+    """
     wanted = {path.name: path for path in source.glob("*.ipynb")}
     for copy in target.glob("*.ipynb"):
         if copy.name not in wanted:
             copy.unlink()
     for name, path in wanted.items():
-        if not (target / name).exists() or (target / name).read_bytes() != path.read_bytes():
-            shutil.copyfile(path, target / name)
+        write_if_changed(target / name, path.read_text(encoding="utf-8").replace("](../docs/", "](../"))
 
 
 # ---------------------------------------------------------------- reference

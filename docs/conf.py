@@ -46,6 +46,7 @@ nb_execution_raise_on_error = True
 nb_execution_in_temp = True  # notebooks write files
 nb_execution_timeout = 300  # of a cell, on a slow machine [s]
 nb_merge_streams = True
+nb_ipywidgets_js = {}  # sliders are of no use without a kernel, and their scripts would come over the network
 copybutton_prompt_text = "$ "
 
 # ---------------------------------------------------------------- reference
@@ -61,6 +62,7 @@ numpydoc_show_class_members = False  # autodoc shows them
 # ---------------------------------------------------------------- looks
 
 html_theme = "furo"
+pygments_dark_style = "github-dark"
 html_title = "wam_cast"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]

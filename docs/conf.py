@@ -1,0 +1,69 @@
+"""How Sphinx builds the site: `sphinx-build -W --keep-going -n docs docs/_build/html`, without a network."""
+
+import sys
+from pathlib import Path
+
+import wam_cast
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE / "_ext"))
+
+project = "wam_cast"
+author = "The wam_cast developers"
+project_copyright = "2026, the wam_cast developers"
+version = release = wam_cast.__version__
+
+extensions = [
+    "generated_pages",
+    "docstrings",
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "numpydoc",
+    "sphinx.ext.mathjax",
+    "sphinx-mathjax-offline",  # MathJax's own files, since readers may be without a network
+    "sphinx_copybutton",
+]
+exclude_patterns = ["_build", "_ext", "_generated"]
+highlight_language = "none"
+smartquotes = False  # options begin with two hyphens
+nitpicky = True
+# Names of other packages, which a build would need the network to resolve, and abbreviations of types.
+OTHERS = (
+    "builtins|collections|concurrent|contextlib|enum|matplotlib|numpy|pandas|pathlib|pyarrow|pydantic|pydantic_core|"
+    "pydrake|sklearn"
+)
+ABBREVIATIONS = r"Any|Array|ArrayLike|Axes|Axis|Figure|FloatArray|NDArray|Path|np\.bool_|(float|u?int|complex)\d+|.*\.[RT]"
+nitpick_ignore_regex = [("py:.*", rf"({OTHERS})(\..*)?"), ("py:.*", ABBREVIATIONS)]
+
+suppress_warnings = ["myst.header"]  # the README's results begin a level lower than a page does
+
+# ---------------------------------------------------------------- Markdown and notebooks
+
+myst_enable_extensions = ["amsmath", "dollarmath", "deflist", "colon_fence"]
+myst_heading_anchors = 3
+nb_execution_mode = "cache"  # in _build, so that a second build runs only what changed
+nb_execution_raise_on_error = True
+nb_execution_in_temp = True  # notebooks write files
+nb_execution_timeout = 300  # of a cell, on a slow machine [s]
+nb_merge_streams = True
+nb_ipywidgets_js = {}  # sliders are of no use without a kernel, and their scripts would come over the network
+copybutton_prompt_text = "$ "
+
+# ---------------------------------------------------------------- reference
+
+autodoc_default_options = {"members": True, "member-order": "bysource"}
+autodoc_typehints_format = "short"
+python_use_unqualified_type_names = True
+python_maximum_signature_line_length = 90
+add_module_names = False
+default_role = "py:obj"  # docstrings write names in single backticks
+numpydoc_show_class_members = False  # autodoc shows them
+
+# ---------------------------------------------------------------- looks
+
+html_theme = "furo"
+pygments_dark_style = "github-dark"
+html_title = "wam_cast"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_show_sourcelink = False

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from wam_cast.arm_model import bearing_limits
 from wam_cast.cast import PARAMETERS, Cast, cast_bounds, checked_cup, nearest_allowed
 from wam_cast.errors import InputError
-from wam_cast.evaluation.explorer_view import EXECUTED, PREDICTED, WITHIN_REACH, ExplorerView
+from wam_cast.evaluation.explorer_view import EXECUTED, PLANE, PREDICTED, WITHIN_REACH, ExplorerView
 from wam_cast.evaluation.panel import Panel, Slider, swatch
 from wam_cast.evaluation.recorded import finite_part, without_turn
 from wam_cast.evaluation.style import STAGE_COLORS, stage_name, status_name
@@ -127,8 +127,8 @@ class Explorer:
         self.outcome: Outcome | None = None
         self._advice = advice
         self._simulator = CastSimulator(self.scenario)
-        motion, farthest = self.scenario.motion, _farthest(self.scenario)
-        self._view = ExplorerView(self.scenario, None if model is None else model.reach, farthest)
+        reach = None if model is None else model.reach
+        self._view = ExplorerView(self.scenario, reach, _farthest(self.scenario))
         self._actions = {CAST: self.execute, PLAN: self.plan, FETCH: self.move_cup_to_ball}
         keys = {CAST: "KeyC", PLAN: "KeyP", FETCH: "KeyL"}
         self._panel = Panel(self._view.meshcat, _sliders(self.scenario), keys)
@@ -136,12 +136,10 @@ class Explorer:
         self.cast = Cast.from_array(
             nearest_allowed(self.scenario, np.mean(cast_bounds(self.scenario), axis=0))
         )
-        middle = motion.start_radius + self.cast.distance
-        self.cup = (middle, 0.0)
+        self.cup = (self.scenario.motion.start_radius + self.cast.distance, 0.0)
         if model is not None:
             landing = Prediction.of(model, self.cast, self.cup).landing
             self.cup = float(landing[0]), float(landing[1])
-        self._view.look(farthest, self.cast.bearing)
         self._refresh()
 
     @property
@@ -250,23 +248,25 @@ class Explorer:
         self._panel.caption = self._caption()
 
     def _caption(self) -> str:
-        """Return the page's text: a note, the cup, the prediction, and what the colours mean."""
-        note = self._note or "open the controls, choose a cast, and press cast"
+        """Return the page's text: a note or the last cast's end, the cup, the prediction, and what the colours mean."""
+        if self._note:
+            headline = self._note
+        elif self.outcome is not None:
+            headline = f"last cast: {_verdict(self.outcome)}"
+        else:
+            headline = "open the controls, and cast"
         x, y = self.cup
-        lines = [f"cup at ({x:.3f}, {y:.3f}) m", *self._forecast()]
-        if self.outcome is not None and not self._note:
-            lines.append(f"last cast: {_verdict(self.outcome)}")
-        text = "<br>".join(html.escape(line) for line in lines)
-        return f"<b>{html.escape(_capital(note))}</b><br>{text}<br><br>{self._legend()}"
+        text = "<br>".join(html.escape(line) for line in (f"cup at ({x:.3f}, {y:.3f}) m", *self._forecast()))
+        return f"<b>{html.escape(headline[:1].upper() + headline[1:])}</b><br>{text}<br><br>{self._legend()}"
 
     def _forecast(self) -> list[str]:
         if self.prediction is None:
             return [f"no prediction, since this scenario has no model: {self._advice}"]
         one = self.prediction
         lines = [
-            f"predicted: {1e3 * one.miss:.1f} mm from the cup's middle, "
-            f"spread {1e3 * one.spread.along:.1f} mm along and {1e3 * one.spread.across:.1f} mm across",
-            f"enters without touching the rim: {100 * one.clear_entry_probability:.0f} %",
+            f"predicted to land {1e3 * one.miss:.1f} mm from the cup's middle, give or take "
+            f"{1e3 * one.spread.along:.1f} mm along the casting plane and {1e3 * one.spread.across:.1f} mm across",
+            f"chance to enter without touching the rim: {100 * one.clear_entry_probability:.0f} %",
         ]
         if max(one.peak_load, one.peak_speed) >= 1:
             lines.append("the arm is predicted to meet its limits")
@@ -274,14 +274,17 @@ class Explorer:
 
     def _legend(self) -> str:
         """Return what the colours mean, as HTML."""
-        rows = [swatch(EXECUTED, "&#9679;", "executed landing")]
+        rows = [
+            swatch(EXECUTED, "&#9679;", "executed landing"),
+            "(at the height of the rim, and on the floor)",
+            swatch(PLANE, "&#9644;", "casting plane"),
+        ]
         if self.model is not None:
-            rows.insert(0, swatch(PREDICTED, "&#9711;", "predicted: the ball, and 2 standard deviations"))
-            rows.append(swatch(WITHIN_REACH, "&#9632;", "floor within reach of the plans"))
-        rows.append("both landings in the rim plane, and on the floor below")
+            rows.insert(0, swatch(PREDICTED, "&#9711;", "predicted landing, with 2 standard deviations"))
+            rows.append(swatch(WITHIN_REACH, "&#9632;", "floor that plans reach"))
         stages = (Stage.MOVE, Stage.WAIT, Stage.DROP, Stage.HOLD)
-        paths = " ".join(swatch(STAGE_COLORS[one], "&#9632;", stage_name(one)) for one in stages)
-        return "<br>".join([*rows, f"the hand's way to come, the ball's path: {paths}"])
+        paths = " ".join(swatch(STAGE_COLORS[one], "&#9644;", stage_name(one)) for one in stages)
+        return "<br>".join([*rows, "hand's way to come, ball's path:", paths])
 
 
 def _sliders(scenario: Scenario) -> dict[str, Slider]:
@@ -294,7 +297,9 @@ def _sliders(scenario: Scenario) -> dict[str, Slider]:
         "speed": Slider("speed [m/s]", *bounds.speed, 0.001),
         "wait": Slider("wait [s]", *bounds.wait, 0.001),
         "bearing": Slider("bearing [deg]", lowest, highest, 0.1, degrees),
-        "cup_distance": Slider("cup distance [m]", 0.1, _farthest(scenario), 0.001),
+        "cup_distance": Slider(
+            "cup distance [m]", scenario.motion.start_radius / 2, _farthest(scenario), 0.001
+        ),
         "cup_bearing": Slider("cup bearing [deg]", lowest, highest, 0.1, degrees),
     }
 
@@ -310,7 +315,3 @@ def _verdict(outcome: Outcome) -> str:
     if math.isfinite(outcome.miss):
         facts.append(f"miss {1e3 * outcome.miss:.1f} mm")
     return ", ".join([*facts, *outcome.limits_hit])
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]

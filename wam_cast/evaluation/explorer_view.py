@@ -46,6 +46,9 @@ WITHIN_REACH: Color = (0.70, 0.78, 0.72)
 ELEVATION = math.radians(28)
 """From which the floor is seen at first."""
 
+SEEN_WELL = math.radians(45)
+"""By how much the casting plane's bearing may differ from the one that the camera was placed for."""
+
 WIDTH = 0.0035
 """Radius of the tubes that lines and markers on the floor are made of [m]."""
 
@@ -85,7 +88,9 @@ class ExplorerView:
         self._hand_way: float | None = None
         self._ring: Spread | None = None
         self._replays = False
-        self._draw_floor(reach, farthest)
+        self._farthest = farthest
+        self._look(0.0)
+        self._draw_floor(reach)
         for name, color in (("predicted", PREDICTED), ("executed", EXECUTED)):
             self._draw_stem(name, color)
         self._draw_dots()
@@ -121,7 +126,12 @@ class ExplorerView:
         self._mark("predicted", landing, bearing)
 
     def show_execution(self, recording: CastRecording) -> None:
-        """Mark where the ball of a cast without its turn landed, draw its path, and replay it in the browser."""
+        """Mark where the ball of a cast without its turn landed, draw its path, and replay it in the browser.
+
+        The camera goes where the cast is seen from its side, unless it is seen well enough.
+        """
+        if abs(recording.cast.bearing - self._viewed_bearing) > SEEN_WELL:
+            self._look(recording.cast.bearing)
         self._mark("executed", recording.outcome.landing, recording.cast.bearing)
         animation = self._record_bodies(recording)
         self.meshcat.Delete(f"{ROOT}/path")
@@ -140,14 +150,13 @@ class ExplorerView:
         self.meshcat.SetAnimation(animation)
         self._replays = True
 
-    def look(self, farthest: float, bearing: float) -> None:
-        """Place the camera such that the arm and the floor ahead of it, up to a distance [m] from the base axis, are seen."""
+    def _look(self, bearing: float) -> None:
+        """Place the camera such that the arm and the floor ahead of it are seen, for casts at `bearing` [rad]."""
+        self._viewed_bearing = bearing
         angles = bearing + np.linspace(-1.0, 1.0, 9)
-        floor = farthest * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(9)])
-        top = self.scenario.arm.mount_height + CEILING_THICKNESS
-        ceiling = [
-            [x, y, top] for x in (-CEILING_RADIUS, CEILING_RADIUS) for y in (-CEILING_RADIUS, CEILING_RADIUS)
-        ]
+        floor = self._farthest * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(9)])
+        top, sides = self.scenario.arm.mount_height + CEILING_THICKNESS, (-CEILING_RADIUS, CEILING_RADIUS)
+        ceiling = [[x, y, top] for x in sides for y in sides]
         place_camera(self.meshcat, np.vstack([floor, ceiling]), bearing, ELEVATION)
 
     def _record_bodies(self, recording: CastRecording) -> Any:
@@ -161,12 +170,12 @@ class ExplorerView:
         scene.visualizer.StopRecording()
         return animation
 
-    def _draw_floor(self, reach: tuple[float, float] | None, farthest: float) -> None:
+    def _draw_floor(self, reach: tuple[float, float] | None) -> None:
         """Draw where cups can be reached, and the line in which the casting plane meets the floor."""
         if reach is not None:
             angles = np.linspace(*bearing_limits(), 96)
             self._mesh("reach", _band(reach[0], reach[1], angles, height=0.0005), WITHIN_REACH)
-        line = tube(np.array([[0.0, 0.0, 0.0], [farthest, 0.0, 0.0]]), WIDTH)
+        line = tube(np.array([[0.0, 0.0, 0.0], [self._farthest, 0.0, 0.0]]), WIDTH)
         self._mesh("plane/line", line, PLANE)
 
     def _draw_hand_way(self, distance: float) -> None:

@@ -9,18 +9,23 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from wam_cast.evaluation.style import INK, Color, css_color
+from wam_cast.evaluation.style import INK, PAPER, Color, css_color
 
 CAPTION_STYLE = (
-    "position:fixed; left:16px; top:12px; width:21em; font:13px/1.45 sans-serif; white-space:normal; text-shadow:none; "
-    f"color:{css_color(INK)}; pointer-events:none"
+    "position:fixed; left:0; top:0; width:21em; padding:12px 16px; font:13px/1.45 sans-serif; white-space:normal; "
+    f"text-shadow:none; color:{css_color(INK)}; background:{css_color(PAPER)}b0; pointer-events:none"
 )
 
 PAGE_STYLE = (
     "<style>"
-    ".dg.main > ul {display:flex; flex-direction:column} "  # the panel's own controls stand above Meshcat's folders
-    ".dg.main > ul > li.folder {order:1} "
-    ".dg .cr.function:has(.caption) {height:0; border:0} "  # the caption's own row in the panel is empty
+    ".dg.main > ul:not(.closed) {max-height:calc(100vh - 22px); overflow-y:auto} "  # down to the button that closes it
+    # The panel's own controls come first, then those of the replay, then Meshcat's others.
+    ".dg.main > ul {display:flex; flex-direction:column} "
+    ".dg.main > ul > li {flex-shrink:0} "
+    ".dg.main > ul > li.folder {order:2} "
+    ".dg.main > ul > li.folder:nth-child(3) {order:1} "
+    # The caption's row in the panel is empty.
+    ".dg .cr.function:has(.caption) {height:0; border:0} "
     ".dg .property-name {letter-spacing:-0.2px}"
     "</style>"
 )

@@ -112,6 +112,8 @@ class Explorer:
         What the model says of it; none without a model.
     outcome
         Of the last cast that was executed; none before.
+    scenario, model, advice
+        As given, or found.
     """
 
     def __init__(
@@ -125,7 +127,7 @@ class Explorer:
         self.model = model
         self.prediction: Prediction | None = None
         self.outcome: Outcome | None = None
-        self._advice = advice
+        self.advice = advice
         self._simulator = CastSimulator(self.scenario)
         reach = None if model is None else model.reach
         self._view = ExplorerView(self.scenario, reach, _farthest(self.scenario))
@@ -178,7 +180,7 @@ class Explorer:
     def plan(self) -> Plan | None:
         """Choose the best cast for the cup where it stands; if there is none, say why on the page and return none."""
         if self.model is None:
-            self._say(f"no plan without a model: {self._advice}")
+            self._say(f"no plan without a model: {self.advice}")
             return None
         self._say("planning ...")
         try:
@@ -261,7 +263,7 @@ class Explorer:
 
     def _forecast(self) -> list[str]:
         if self.prediction is None:
-            return [f"no prediction, since this scenario has no model: {self._advice}"]
+            return [f"no prediction, since this scenario has no model: {self.advice}"]
         one = self.prediction
         lines = [
             f"predicted to land {1e3 * one.miss:.1f} mm from the cup's middle, give or take "

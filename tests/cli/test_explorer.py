@@ -1,6 +1,7 @@
 """`wam-cast show`: the explorer served, and used in a browser."""
 
 import json
+import math
 import os
 import re
 import shlex
@@ -14,15 +15,17 @@ from wam_cast.evaluation.explorer import Explorer
 
 @pytest.fixture
 def interrupted(monkeypatch):
-    """Interrupt the explorer as soon as it runs; return those that did."""
+    """Interrupt each explorer as soon as it runs; give those that did."""
     explorers = []
 
     def run(self):
         explorers.append(self)
         raise KeyboardInterrupt
 
+    handler = signal.getsignal(signal.SIGINT)
     monkeypatch.setattr(Explorer, "run", run)
-    return explorers
+    yield explorers
+    signal.signal(signal.SIGINT, handler)
 
 
 def test_show_prints_where_the_page_is(cli, interrupted):
@@ -51,6 +54,9 @@ def test_a_scenario_without_a_model_is_shown_with_the_commands_that_make_one(cli
     assert cli("show", "--model", model, "--scenario", "lively.yaml").code == 2
 
 
+BALL = "drake/visualizer/ball/ball"
+
+
 class Page:
     """The explorer's page in a browser, used as its reader does."""
 
@@ -64,7 +70,9 @@ class Page:
 
     def wait_for(self, words, seconds=120):
         """Wait until the caption has `words`, and return it."""
-        caption = self._page.locator(".caption", has_text=words)
+        caption = self._page.locator(
+            ".caption", has_text=words
+        ).last  # for a moment there is the one before too
         caption.wait_for(timeout=1000 * seconds)
         return caption.inner_text()
 
@@ -157,7 +165,9 @@ def test_explorer_in_a_browser(browser, start):
     colors = {page.color(f"path/{stage}") for stage in ("move", "wait", "drop")}
     assert len(colors) == 3
     assert None not in colors
-    wait_until(lambda: page.ask("(o, visible) => visible", "explorer/path/drop"))  # when the replay is there
+    # The replay shows the path, and ends with the ball in the cup.
+    wait_until(lambda: page.ask("(o, visible) => visible", "explorer/path/drop"))
+    wait_until(lambda: math.dist(page.ask("(o) => [o.position.x, o.position.y]", BALL), executed) < 0.02)
 
     page.press("cast [C]")
     page.wait_for("Simulating")
@@ -177,7 +187,13 @@ def test_explorer_outlives_all_its_browsers(browser, start):
         page.wait_for(", miss")
         page.close()
         assert process.poll() is None
-    interrupt(process)
+    # Meshcat waits a while for the browsers: who will not wait presses again.
+    os.killpg(process.pid, signal.SIGINT)
+    time.sleep(1)
+    os.killpg(process.pid, signal.SIGINT)
+    out, err = process.communicate(timeout=5)
+    assert process.returncode in (130, -signal.SIGINT)
+    assert (out, err.replace("interrupted\n", "")) == ("", "")
 
 
 def wait_until(condition, seconds=60):

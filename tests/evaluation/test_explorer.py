@@ -201,6 +201,34 @@ def test_a_press_is_answered_for_the_sliders_as_they_were_moved_before_it(page, 
     assert executed == [pytest.approx(0.4)]
 
 
+class EndError(Exception):
+    pass
+
+
+def test_it_follows_its_page_by_itself_and_rests_in_between(page, monkeypatch):
+    rests = iter([0.3, 0.45])
+
+    def rest(seconds):
+        assert seconds > 0.01
+        page.meshcat.SetSliderValue("wait [s]", next(rests, None) or end())
+
+    def end():
+        raise EndError
+
+    async def rest_in_loop(seconds):
+        rest(seconds)
+
+    monkeypatch.setattr(explorer_module.time, "sleep", rest)
+    monkeypatch.setattr(explorer_module.asyncio, "sleep", rest_in_loop)
+    with pytest.raises(EndError):
+        page.explorer.run()
+    assert page.explorer.cast.wait == pytest.approx(0.45)
+    rests = iter([0.2])
+    with pytest.raises(EndError):
+        page.explorer.follow().send(None)
+    assert page.explorer.cast.wait == pytest.approx(0.2)
+
+
 @pytest.mark.slow
 def test_a_cast_is_executed_marked_and_drawn_by_stage(page):
     page.press(CAST)

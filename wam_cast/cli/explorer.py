@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from pathlib import Path
 
 from wam_cast.cli import models
@@ -25,4 +26,9 @@ def explore(scenario_path: Path | None, model_path: Path | None, as_json: bool) 
             f"{explorer.url} is a page to explore casts: its sliders and buttons are under Open Controls"
         )
         out.print("stop with Ctrl-C")
-    explorer.run()
+    try:
+        explorer.run()
+    except KeyboardInterrupt:
+        # Meshcat waits for browsers that loaded the page in the last ten seconds: a second Ctrl-C ends that, quietly.
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+        raise

@@ -33,11 +33,9 @@ def test_show_prints_where_the_page_is(cli, interrupted):
     assert (result.code, result.err) == (130, "interrupted\n")
     assert interrupted[0].url in result.out
     assert "Ctrl-C" in result.out
-    result = cli("show", "--json")
-    assert (result.code, json.loads(result.out)) == (130, {"url": interrupted[1].url})
-    assert interrupted[1].model is not None
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_physics", "scenarios")
 def test_a_scenario_without_a_model_is_shown_with_the_commands_that_make_one(cli, interrupted):
     show = ("show", "--scenario", "heavy.yaml", "--json")
@@ -52,9 +50,6 @@ def test_a_scenario_without_a_model_is_shown_with_the_commands_that_make_one(cli
     assert cli("show", "--model", model, "--json").code == 130
     assert interrupted[2].scenario == interrupted[1].scenario
     assert cli("show", "--model", model, "--scenario", "lively.yaml").code == 2
-
-
-BALL = "drake/visualizer/ball/ball"
 
 
 class Page:
@@ -118,6 +113,10 @@ class Page:
     def color(self, path):
         return self.ask("(o) => o.material.color.getHexString()", f"explorer/{path}/<object>")
 
+    def ball(self):
+        """Return world (x, y) of the ball."""
+        return self.ask("(o) => [o.position.x, o.position.y]", "drake/visualizer/ball/ball")
+
     def close(self):
         assert not self.errors
         self._page.close()
@@ -167,10 +166,10 @@ def test_explorer_in_a_browser(browser, start):
     assert None not in colors
     # The replay shows the path, and ends with the ball in the cup.
     wait_until(lambda: page.ask("(o, visible) => visible", "explorer/path/drop"))
-    wait_until(lambda: math.dist(page.ask("(o) => [o.position.x, o.position.y]", BALL), executed) < 0.02)
+    wait_until(lambda: math.dist(page.ball(), executed) < 0.02)
 
     page.press("cast [C]")
-    page.wait_for("Simulating")
+    time.sleep(0.5)
     interrupt(process)
     page.close()
 
@@ -183,8 +182,11 @@ def test_explorer_outlives_all_its_browsers(browser, start):
     for _ in range(2):
         page = Page(browser, url)
         page.press("cast [C]")
-        page.drag("distance [m]", 0.5, 0.9)  # amid the simulation
+        time.sleep(0.5)
+        page.drag("distance [m]", 0.5, 0.9)  # amid the simulation, or the replay
         page.wait_for(", miss")
+        time.sleep(3)  # as long as the replay would last: it gave way to the slider
+        assert page.ball() == pytest.approx([0.2, 0.0], abs=0.005)
         page.close()
         assert process.poll() is None
     # Meshcat waits a while for the browsers: who will not wait presses again.

@@ -449,17 +449,3 @@ def test_show_writes_the_diagram(cli, folder):
     assert json.loads(cli("show", "--graph", "a.dot", "--json").out) == {"graph": "a.dot"}
     assert (folder / "a.dot").read_text().startswith("digraph")
     assert names(folder) == ["a.dot"]
-
-
-def test_show_of_a_scenario_whose_middling_cast_is_too_fast_shows_the_nearest(cli, folder, monkeypatch):
-    (folder / "slow.yaml").write_text("motion: {min_move_duration: 0.6}")
-    shown = []
-
-    def open_replay(recording):
-        shown.append(recording.cast)
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("wam_cast.evaluation.replay.open_replay", open_replay)
-    result = cli("show", "--scenario", "slow.yaml")
-    assert (result.code, result.err) == (130, "interrupted\n")
-    assert shown[0].move_duration == pytest.approx(0.6)

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import wam_cast as wc
-from wam_cast.cli import experiment, floor_map, models, output
+from wam_cast.cli import experiment, explorer, floor_map, models, output
 from wam_cast.cli.output import err, out, print_json, progress
 from wam_cast.errors import InputError
 from wam_cast.files import check_writable
@@ -270,19 +270,24 @@ def map_(
 @app.command()
 def show(
     scenario: ScenarioOption = None,
+    model: ModelOption = None,
     graph: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Write a drawing of the diagram (.svg, .png, .pdf, .dot) instead."),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Show the robot and one cast in the browser, until interrupted."""
-    setting = models.load_scenario(scenario)
+    """Explore casts in the browser, with sliders for the cast and the cup, until interrupted.
+
+    It shows where the ball is predicted to land, executes what is chosen, and plans. A scenario without a model is explored
+    without predictions.
+    """
     if graph is None:
-        _show(setting, as_json)
+        explorer.explore(scenario, model, as_json)
         return
     from wam_cast.evaluation.diagram import write_graph
 
+    setting = models.load_scenario(scenario) if model is None else models.find(scenario, model)[0]
     write_graph(wc.CastStation(setting), graph)
     if as_json:
         print_json([{"graph": str(graph)}])
@@ -382,27 +387,3 @@ def _execute(
 
         write_picture(recordings[0], picture, plans[0].predicted_landing)
         err.print(f"picture: {picture}")
-
-
-def _show(scenario: wc.Scenario, as_json: bool) -> None:
-    """Play one cast of middling parameters in the browser, over and over, until interrupted."""
-    from wam_cast.cast import cast_bounds, nearest_allowed
-    from wam_cast.evaluation.replay import open_replay
-
-    lower, upper = cast_bounds(scenario)
-    cast = wc.Cast.from_array(nearest_allowed(scenario, (lower + upper) / 2))
-    with progress("casting"):
-        simulator = wc.CastSimulator(scenario)
-        landing = simulator.simulate(cast).landing
-        if not math.isfinite(landing[0]):
-            raise InputError(
-                "scenario: its middling cast never comes down to the rim plane, there is nothing to show"
-            )
-        meshcat = open_replay(simulator.record(cast, (float(landing[0]), float(landing[1]))))
-    url = meshcat.web_url()
-    if as_json:
-        print_json([{"url": url}])
-    else:
-        out.print(f"{url} shows one cast; stop with Ctrl-C")
-    while True:
-        time.sleep(1)

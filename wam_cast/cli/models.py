@@ -25,7 +25,23 @@ def load_scenario(path: Path | None) -> wc.Scenario:
 def scenario_and_model(
     path: Path | None, model_path: Path | None, train: bool
 ) -> tuple[wc.Scenario, wc.ForwardModel]:
-    """Return what to cast in and the model to plan with: the one named, the shipped one if it fits, or the scenario's own.
+    """Return what to cast in and the model to plan with, as `find` does; if there is none, make it or say how it is made."""
+    scenario, model = find(path, model_path)
+    if model is not None:
+        return scenario, model
+    assert path is not None
+    if not train:
+        raise InputError(
+            f"scenario {path} has no model yet: {how_to_make(path, scenario)}, or add --train to do both now"
+        )
+    own, casts = _own_files(path, scenario)
+    check_writable(own)
+    generate(scenario, path, TRAINING_CASTS, 0, casts, None, None)
+    return scenario, fit(casts, own, path)
+
+
+def find(path: Path | None, model_path: Path | None) -> tuple[wc.Scenario, wc.ForwardModel | None]:
+    """Return what to cast in and its model: the one named, the shipped one if it fits, the scenario's own, or none.
 
     The scenario's own lies beside its file.
     """
@@ -35,21 +51,22 @@ def scenario_and_model(
     scenario, reference = load_scenario(path), wc.reference_model()
     if path is None or reference.serves(scenario):
         return scenario, reference.bound_to(scenario)
+    own, _ = _own_files(path, scenario)
+    return scenario, wc.ForwardModel.load(own, scenario) if own.exists() else None
+
+
+def how_to_make(path: Path, scenario: wc.Scenario) -> str:
+    """Return the commands that make a scenario's own model, where `find` finds it."""
+    own, casts = _own_files(path, scenario)
+    first = ["generate", "--scenario", str(path), "--casts", str(TRAINING_CASTS), "--out", str(casts)]
+    second = ["fit", str(casts), "--out", str(own)]
+    return f"make one with `wam-cast {shlex.join(first)}` and then `wam-cast {shlex.join(second)}`"
+
+
+def _own_files(path: Path, scenario: wc.Scenario) -> tuple[Path, Path]:
+    """Return where the own model of the scenario at `path` lies, and its dataset."""
     own = path.with_name(f"{path.stem}-{scenario.fingerprint[:8]}.model")
-    casts = own.with_suffix(".casts")
-    if own.exists():
-        return scenario, wc.ForwardModel.load(own, scenario)
-    if not train:
-        number = str(TRAINING_CASTS)
-        first = ["generate", "--scenario", str(path), "--casts", number, "--out", str(casts)]
-        second = ["fit", str(casts), "--out", str(own)]
-        raise InputError(
-            f"scenario {path} has no model yet: make one with `wam-cast {shlex.join(first)}` and then "
-            f"`wam-cast {shlex.join(second)}`, or add --train to do both now"
-        )
-    check_writable(own)
-    generate(scenario, path, TRAINING_CASTS, 0, casts, None, None)
-    return scenario, fit(casts, own, path)
+    return own, own.with_suffix(".casts")
 
 
 def generate(

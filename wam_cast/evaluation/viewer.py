@@ -31,7 +31,7 @@ def open_meshcat() -> Any:
     level = logger.level
     logger.setLevel(logging.WARNING)
     try:
-        meshcat = Meshcat(MeshcatParams(host="localhost", port=0))
+        meshcat = Meshcat(MeshcatParams(host="localhost", port=0, show_stats_plot=False))
     finally:
         logger.setLevel(level)
     for path in ("/Grid", "/Axes"):
@@ -41,9 +41,9 @@ def open_meshcat() -> Any:
     return meshcat
 
 
-def place_camera(meshcat: Any, p_WQ: Array, bearing: float) -> None:
-    """Look at the casting plane at `bearing` [rad] such that all points `p_WQ` [m], shape (n, 3), are seen."""
-    R_WV = view_rotation(bearing, TURN, ELEVATION)
+def place_camera(meshcat: Any, p_WQ: Array, bearing: float, elevation: float = ELEVATION) -> None:
+    """Look at the casting plane at `bearing`, `elevation` down [rad], such that all points `p_WQ` [m], shape (n, 3), are seen."""
+    R_WV = view_rotation(bearing, TURN, elevation)
     camera = Camera.framing(p_WQ, R_WV, (1000, 1000), FIELD_OF_VIEW)
     ahead = R_WV[:, 2]
     depth = float(np.mean((p_WQ - camera.p_WV) @ ahead))

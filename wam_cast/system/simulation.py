@@ -91,12 +91,20 @@ class CastSimulator:
         return self._outcome(self._run(cast, cup, noise_seed))
 
     def record(
-        self, cast: Cast, cup: tuple[float, float] | None = None, *, noise_seed: int = 0
+        self,
+        cast: Cast,
+        cup: tuple[float, float] | None = None,
+        *,
+        noise_seed: int = 0,
+        returns: bool = True,
     ) -> CastRecording:
-        """Simulate `cast` as `simulate` does, then on to the end of the return, and keep all of it."""
+        """Simulate `cast` as `simulate` does, then on to the end of the return, and keep all of it.
+
+        Without `returns` it ends with the outcome, in a quarter of the time.
+        """
         run = self._run(cast, cup, noise_seed)
         outcome = self._outcome(run)
-        if cup is not None:
+        if cup is not None and returns:
             outcome = self._return(run, outcome)
         return self._recording(run, outcome)
 

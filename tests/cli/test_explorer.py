@@ -1,0 +1,205 @@
+"""`wam-cast show`: the explorer served, and used in a browser."""
+
+import json
+import math
+import os
+import re
+import shlex
+import signal
+import time
+
+import pytest
+
+from wam_cast.evaluation.explorer import Explorer
+
+
+@pytest.fixture
+def interrupted(monkeypatch):
+    """Interrupt each explorer as soon as it runs; give those that did."""
+    explorers = []
+
+    def run(self):
+        explorers.append(self)
+        raise KeyboardInterrupt
+
+    handler = signal.getsignal(signal.SIGINT)
+    monkeypatch.setattr(Explorer, "run", run)
+    yield explorers
+    signal.signal(signal.SIGINT, handler)
+
+
+def test_show_prints_where_the_page_is(cli, interrupted):
+    result = cli("show")
+    assert (result.code, result.err) == (130, "interrupted\n")
+    assert interrupted[0].url in result.out
+    assert "Ctrl-C" in result.out
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("no_physics", "scenarios")
+def test_a_scenario_without_a_model_is_shown_with_the_commands_that_make_one(cli, interrupted):
+    show = ("show", "--scenario", "heavy.yaml", "--json")
+    assert cli(*show).code == 130
+    assert interrupted[0].model is None
+    commands = re.findall(r"`wam-cast (.*?)`", interrupted[0].advice)
+    for command in commands:
+        assert cli(*shlex.split(command.replace("--casts 1700", "--casts 60"))).code == 0
+    assert cli(*show).code == 130
+    assert interrupted[1].prediction is not None
+    (model,) = re.findall(r"--out (\S+\.model)", commands[1])
+    assert cli("show", "--model", model, "--json").code == 130
+    assert interrupted[2].scenario == interrupted[1].scenario
+    assert cli("show", "--model", model, "--scenario", "lively.yaml").code == 2
+
+
+class Page:
+    """The explorer's page in a browser, used as its reader does."""
+
+    def __init__(self, browser, url):
+        self.errors = []
+        self._page = browser.new_page(viewport={"width": 1280, "height": 800})
+        self._page.on("pageerror", lambda error: self.errors.append(error))
+        self._page.goto(url)
+        self.wait_for("cup at")
+        self._page.locator(".close-button", has_text="Open Controls").click()
+
+    def wait_for(self, words, seconds=120):
+        """Wait until the caption has `words`, and return it."""
+        caption = self._page.locator(
+            ".caption", has_text=words
+        ).last  # for a moment there is the one before too
+        caption.wait_for(timeout=1000 * seconds)
+        return caption.inner_text()
+
+    def row(self, name):
+        label = self._page.locator(".property-name").get_by_text(name, exact=True)
+        return self._page.locator(".dg li.cr").filter(has=label)
+
+    def drag(self, slider, start, end):
+        """Drag a slider from one share of its width to another."""
+        box = self.row(slider).locator(".slider").bounding_box()
+        y = box["y"] + box["height"] / 2
+        self._page.mouse.move(box["x"] + start * box["width"], y)
+        self._page.mouse.down()
+        for share in (start, (start + end) / 2, end):
+            self._page.mouse.move(box["x"] + share * box["width"], y)
+        self._page.mouse.up()
+
+    def value(self, slider):
+        return float(self.row(slider).locator("input").input_value())
+
+    def press(self, button):
+        self.row(button).click()
+
+    def ask(self, script, path):
+        """Return what `script`, a function of an object and its visibility, says of that at `path`; None if there is none."""
+        return self._page.evaluate(
+            """([script, path]) => {
+                let node = viewer.scene_tree, visible = true;
+                for (const name of path.split("/")) {
+                    node = node.children[name];
+                    if (!node) return null;
+                    visible = visible && node.object.visible;
+                }
+                return eval(script)(node.object, visible);
+            }""",
+            [script, path],
+        )
+
+    def position(self, marker):
+        """Return world (x, y) of a marker that can be seen."""
+        return self.ask("(o, visible) => visible ? [o.position.x, o.position.y] : null", f"explorer/{marker}")
+
+    def color(self, path):
+        return self.ask("(o) => o.material.color.getHexString()", f"explorer/{path}/<object>")
+
+    def ball(self):
+        """Return world (x, y) of the ball."""
+        return self.ask("(o) => [o.position.x, o.position.y]", "drake/visualizer/ball/ball")
+
+    def close(self):
+        assert not self.errors
+        self._page.close()
+
+
+def url_of(process):
+    text = ""
+    while not text.endswith("}\n"):
+        line = process.stdout.readline()
+        assert line, process.stderr.read()
+        text += line
+    return json.loads(text)["url"]
+
+
+def interrupt(process):
+    os.killpg(process.pid, signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    assert (process.returncode, out, err) == (130, "", "interrupted\n")
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+def test_explorer_in_a_browser(browser, start):
+    process = start("show", "--json")
+    url = url_of(process)
+    page, other = Page(browser, url), Page(browser, url)
+    before = page.position("predicted")
+    assert page.position("executed") is None
+
+    page.drag("wait [s]", 0.5, 0.75)
+    assert page.value("wait [s]") == pytest.approx(0.375, abs=0.02)
+    page.drag("bearing [deg]", 0.5, 0.6)
+    wait_until(lambda: abs(page.position("predicted")[1] - before[1]) > 0.1)
+    wait_until(lambda: other.value("wait [s]") == page.value("wait [s]"))
+
+    page.press("plan for the cup [P]")
+    page.wait_for("Planned")
+    assert page.value("bearing [deg]") == pytest.approx(0.0, abs=0.05)
+    other.close()
+    page.press("cast [C]")
+    assert "miss 0." in page.wait_for("Caught")
+    predicted, executed = page.position("predicted"), page.position("executed")
+    assert executed == pytest.approx(predicted, abs=1e-3)
+    assert page.color("predicted/rim") != page.color("executed/rim")
+    colors = {page.color(f"path/{stage}") for stage in ("move", "wait", "drop")}
+    assert len(colors) == 3
+    assert None not in colors
+    # The replay shows the path, and ends with the ball in the cup.
+    wait_until(lambda: page.ask("(o, visible) => visible", "explorer/path/drop"))
+    wait_until(lambda: math.dist(page.ball(), executed) < 0.02)
+
+    page.press("cast [C]")
+    time.sleep(0.5)
+    interrupt(process)
+    page.close()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+def test_explorer_outlives_all_its_browsers(browser, start):
+    process = start("show", "--json")
+    url = url_of(process)
+    for _ in range(2):
+        page = Page(browser, url)
+        page.press("cast [C]")
+        time.sleep(0.5)
+        page.drag("distance [m]", 0.5, 0.9)  # amid the simulation, or the replay
+        page.wait_for(", miss")
+        time.sleep(3)  # as long as the replay would last: it gave way to the slider
+        assert page.ball() == pytest.approx([0.2, 0.0], abs=0.005)
+        page.close()
+        assert process.poll() is None
+    # Meshcat waits a while for the browsers: who will not wait presses again.
+    os.killpg(process.pid, signal.SIGINT)
+    time.sleep(1)
+    os.killpg(process.pid, signal.SIGINT)
+    out, err = process.communicate(timeout=5)
+    assert process.returncode in (130, -signal.SIGINT)
+    assert (out, err.replace("interrupted\n", "")) == ("", "")
+
+
+def wait_until(condition, seconds=60):
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.1)

@@ -1,0 +1,34 @@
+"""The explorer from the command line."""
+
+from __future__ import annotations
+
+import signal
+from pathlib import Path
+
+from wam_cast.cli import models
+from wam_cast.cli.output import out, print_json, progress
+
+
+def explore(scenario_path: Path | None, model_path: Path | None, as_json: bool) -> None:
+    """Serve the explorer's page, and print where, until interrupted."""
+    from wam_cast.evaluation.explorer import Explorer
+
+    with progress("setting up"):
+        scenario, model = models.find(scenario_path, model_path)
+        advice = {}
+        if model is None and scenario_path is not None:
+            advice = {"advice": f"{models.how_to_make(scenario_path, scenario)}, and start again"}
+        explorer = Explorer(scenario, model, **advice)
+    if as_json:
+        print_json([{"url": explorer.url}])
+    else:
+        out.print(
+            f"{explorer.url} is a page to explore casts: its sliders and buttons are under Open Controls"
+        )
+        out.print("stop with Ctrl-C")
+    try:
+        explorer.run()
+    except KeyboardInterrupt:
+        # Meshcat waits for browsers that loaded the page in the last ten seconds: a second Ctrl-C ends that, quietly.
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+        raise

@@ -17,19 +17,25 @@ from pydrake.geometry import (
 )
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
+from pydrake.multibody.tree import FixedOffsetFrame, SpatialInertia
 from pydrake.systems.framework import DiagramBuilder
 
-from wam_cast.evaluation.recorded import CEILING_RADIUS, CEILING_THICKNESS
+from wam_cast.evaluation.recorded import CEILING_RADIUS, CEILING_THICKNESS, holds_ball
 from wam_cast.evaluation.style import PAPER
-from wam_cast.scenario import Scenario
+from wam_cast.scenario import Cup, Scenario
+from wam_cast.system.cup_mesh import cup_mesh
 from wam_cast.system.plant import fill_plant
+from wam_cast.system.recording import CastRecording
 
 Array = NDArray[np.float64]
 
 CEILING_COLOR = (0.62, 0.64, 0.67, 1.0)
 
+LIT_CUP_COLOR = (1.0, 0.78, 0.10, 0.40)
+"""Of the cup while it holds the ball."""
+
 OUT_OF_SIGHT = (0.0, 0.0, -1.0)
-"""Where a cup stands that the cast did not have: below the floor."""
+"""Where a cup stands that is not to be seen: below the floor."""
 
 
 def make_renderer(bearing: float) -> Any:
@@ -62,7 +68,7 @@ class CastScene:
     scenario
         What is shown.
     cup
-        World (x, y) of the cup's axis [m]; none hides the cup.
+        World (x, y) of the cup's axis [m]; none hides the cup. A second cup, which looks lit, takes its place where told.
     meshcat
         A Meshcat to show it in, `frame_rate` frames a second [1/s], or none.
     renderers
@@ -85,6 +91,7 @@ class CastScene:
         for name, renderer in (renderers or {}).items():
             self.scene_graph.AddRenderer(name, renderer)
         self._add_ceiling(scenario.arm.mount_height)
+        self._add_lit_cup(scenario.cup)
         fill_plant(self.plant, scenario)
         self.visualizer: Any = None
         if meshcat is not None:
@@ -104,21 +111,47 @@ class CastScene:
             self.plant.world_body(), X_WCeiling, patch, "ceiling", CEILING_COLOR
         )
 
-    def stand_cup(self, cup: tuple[float, float] | None) -> None:
+    def _add_lit_cup(self, cup: Cup) -> None:
+        """Add a cup for the eye alone: a geometry's colour cannot change, so that two cups change places."""
+        model = self.plant.AddModelInstance("lit_cup")
+        body = self.plant.AddRigidBody(
+            "lit_cup", model, SpatialInertia.SolidSphereWithMass(0.1, cup.outer_radius)
+        )
+        world = self.plant.world_frame()
+        mount = self.plant.AddFrame(FixedOffsetFrame("lit_cup_mount", world, RigidTransform(), model))
+        self.plant.WeldFrames(mount, body.body_frame())
+        self.plant.RegisterVisualGeometry(body, RigidTransform(), cup_mesh(cup), "lit_cup", LIT_CUP_COLOR)
+
+    def stand_cup(self, cup: tuple[float, float] | None, *, is_lit: bool = False) -> None:
         """Put the cup's axis at world (x, y) [m], or hide it."""
         p_WC = OUT_OF_SIGHT if cup is None else (*cup, self._rim_height)
-        mount = self.plant.GetFrameByName("cup_mount")
-        mount.SetPoseInParentFrame(self._plant_context, RigidTransform(p_WC))
+        for name, is_seen in (("cup_mount", not is_lit), ("lit_cup_mount", is_lit)):
+            mount = self.plant.GetFrameByName(name)
+            X_WMount = RigidTransform(p_WC if is_seen else OUT_OF_SIGHT)
+            mount.SetPoseInParentFrame(self._plant_context, X_WMount)
 
     def set_state(self, time: float, state: Array) -> None:
         """Put the scene at `time` [s], with its plant in `state`, shape (n_x,), such as a row of `CastRecording.states`."""
         self.context.SetTime(time)
         self.plant.SetPositionsAndVelocities(self._plant_context, state)
 
+    def show(self, recording: CastRecording, sample: int, time: float | None = None) -> None:
+        """Put the scene in the state of a recording's `sample`, its cup lit while it holds the ball.
+
+        `time` [s] is the scene's, of the sample without it.
+        """
+        self.stand_cup(recording.cup, is_lit=bool(holds_ball(recording)[sample]))
+        self.set_state(recording.times[sample] if time is None else time, recording.states[sample])
+
     def position(self, body: str) -> Array:
         """Return where the origin of `body` is in the world [m], shape (3,)."""
         pose = self.plant.GetBodyByName(body).EvalPoseInWorld(self._plant_context)
         return np.asarray(pose.translation())
+
+    def positions(self) -> Array:
+        """Return where the origins of all bodies are in the world [m], shape (n, 3)."""
+        poses = self.plant.get_body_poses_output_port().Eval(self._plant_context)
+        return np.array([pose.translation() for pose in poses])
 
     def publish(self) -> None:
         """Show the scene as it is, in the Meshcat that it was made with."""

@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from wam_cast.cast import Cast
 from wam_cast.evaluation.recorded import SAMPLED, cast_ends, frame_moments, holds_ball, without_turn

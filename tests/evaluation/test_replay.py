@@ -2,6 +2,7 @@
 
 import base64
 import io
+import itertools
 import json
 import math
 import re
@@ -351,10 +352,9 @@ def test_browser_shows_arm_moving_ball_and_a_cup_that_is_lit_when_the_ball_is_in
     player.wind(float(caught.times[np.argmax(caught.stages == Stage.DROP)]))
     assert np.linalg.norm(where(ball_in(player.picture())) - where(ball_in(before))) > 20, "the ball moves"
     player.wind(float(caught.times[np.argmax(caught.stages == Stage.RETURN)]))
-    held = player.picture()
-    assert gold_in(held).sum() > 50
-    assert blue_in(held).sum() < 0.2 * blue_in(before).sum()
-    np.testing.assert_allclose(where(gold_in(held)), where(blue_in(before)), atol=3)
+    held, cup = player.picture(), blue_in(before)
+    assert gold_in(held)[cup].mean() > 0.5
+    assert blue_in(held)[cup].mean() < 0.1
 
 
 @pytest.mark.slow
@@ -385,7 +385,7 @@ def test_caption_arm_and_player_have_places_of_their_own_in_windows_of_any_shape
     picture = player.picture()
     player.context.close()
     assert boxes[0]["y"] == 0
-    for upper, lower in zip(boxes, boxes[1:], strict=False):
+    for upper, lower in itertools.pairwise(boxes):
         assert upper["y"] + upper["height"] == pytest.approx(lower["y"], abs=1)
     assert boxes[2]["y"] + boxes[2]["height"] == pytest.approx(size[1], abs=1)
     assert boxes[1]["height"] > 0.6 * size[1]

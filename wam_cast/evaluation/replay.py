@@ -17,7 +17,6 @@ from pydrake.geometry import MeshcatAnimation, Rgba
 
 from wam_cast.evaluation.camera import MARGIN, Camera
 from wam_cast.evaluation.recorded import (
-    cast_ends,
     describe,
     finite_part,
     frame_moments,
@@ -198,7 +197,7 @@ def _record_paths(
     for number, recording in enumerate(casts):
         frames = np.flatnonzero(numbers == number)
         goes = None if number + 1 == len(casts) else int(frames[-1]) + 1
-        samples = [moments[frame][1] for frame in frames]
+        samples = [moments[int(frame)][1] for frame in frames]
         for stage, piece in stage_pieces(recording.stages[samples]):
             for name, p_WQ, radius in (
                 ("ball", recording.p_WL, BALL_PATH_RADIUS),

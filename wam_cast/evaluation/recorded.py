@@ -42,6 +42,17 @@ def without_turn(recording: CastRecording) -> CastRecording:
     return _samples(recording, slice(min(turning, len(recording.times) - 1), None))
 
 
+def without_return(recording: CastRecording) -> CastRecording:
+    """Return the recording up to the end of the hold: all of it, if it does not get there."""
+    returning = np.flatnonzero(recording.stages == Stage.RETURN)
+    return _samples(recording, slice(int(returning[0]) + 1 if len(returning) else None))
+
+
+def stage_before(recording: CastRecording, sample: int) -> Stage:
+    """Return the stage that led to a sample: that at which a stage ends belongs to the next one, but shows what the first did."""
+    return Stage(recording.stages[max(sample - 1, 0)])
+
+
 def holds_ball(recording: CastRecording) -> NDArray[np.bool_]:
     """Return, shape (n,), when the ball of a cast that was caught is in its cup; never if it was not."""
     if recording.cup is None or not recording.outcome.is_caught:

@@ -39,23 +39,26 @@ OUT_OF_SIGHT = (0.0, 0.0, -1.0)
 
 
 def make_renderer(bearing: float) -> Any:
-    """Return an off-screen render engine: one light that casts shadows, two that soften them, all turned to `bearing` [rad]."""
+    """Return an off-screen render engine: one light that casts shadows, three that soften them, all turned to `bearing` [rad].
+
+    The first stands so low that the shadow of the ceiling falls beyond the floor that is drawn, and the arm's beside the ball.
+    """
     c, s = math.cos(bearing), math.sin(bearing)
     R_WPlane = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
     key = LightParameter(
         type="spot",
         frame="world",
-        position=R_WPlane @ [-0.3, -1.2, 3.6],
-        direction=R_WPlane @ [0.65, 1.2, -3.6],
-        cone_angle=35.0,
-        intensity=0.6,
+        position=R_WPlane @ [-0.6, -2.4, 2.9],
+        direction=R_WPlane @ [1.0, 2.4, -2.5],
+        cone_angle=40.0,
+        intensity=0.4,
     )
     fills = [
         LightParameter(type="point", frame="world", position=R_WPlane @ p, intensity=intensity)
-        for p, intensity in (([-2.5, -3.0, 1.2], 0.55), ([2.0, -1.5, 2.6], 0.5))
+        for p, intensity in (([-2.5, -3.0, 1.2], 0.45), ([2.0, -1.5, 2.6], 0.45), ([0.3, -0.5, 3.5], 0.3))
     ]
     settings = RenderEngineVtkParams(
-        default_clear_color=PAPER, lights=[key, *fills], cast_shadows=True, shadow_map_size=1024
+        default_clear_color=PAPER, lights=[key, *fills], cast_shadows=True, shadow_map_size=2048
     )
     return MakeRenderEngineVtk(settings)
 

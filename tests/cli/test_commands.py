@@ -290,6 +290,36 @@ def test_replay_and_picture_are_written_named_and_replaced(cli, folder):
         (folder / "a.png").write_text("before")
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("suffix", "start"), [("gif", b"GIF89a"), ("mp4", b"\x00\x00\x00")])
+def test_animation_is_written_named_and_replaced(cli, folder, monkeypatch, suffix, start):
+    pictures = [np.full((20, 10, 3), shade, dtype=np.uint8) for shade in (0, 120, 240)]
+    monkeypatch.setattr("wam_cast.evaluation.animation.animation_frames", lambda _: iter(pictures))
+    file = folder / f"a.{suffix}"
+    file.write_text("before")
+    result = cli("throw", "--cup", "0.7", "--animation", file.name, "--json")
+    assert (result.code, result.err) == (0, f"animation: {file.name}\n")
+    assert file.read_bytes().startswith(start)
+    assert names(folder) == [file.name]
+
+
+@pytest.mark.slow
+def test_an_animation_that_is_interrupted_leaves_what_was_there_and_tells_of_the_throw(
+    cli, folder, monkeypatch
+):
+    def frames(_):
+        yield np.zeros((20, 10, 3), dtype=np.uint8)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("wam_cast.evaluation.animation.animation_frames", frames)
+    (folder / "a.gif").write_text("before")
+    result = cli("throw", "--cup", "0.7", "--animation", "a.gif", "--json")
+    assert (result.code, result.err) == (130, "interrupted\n")
+    assert json.loads(result.out)["is_caught"]
+    assert names(folder) == ["a.gif"]
+    assert (folder / "a.gif").read_text() == "before"
+
+
 def test_a_recorded_throw_is_the_same_throw(cli, monkeypatch):
     plain = json.loads(cli("throw", "--cup", "0.7", "--json").out)
     monkeypatch.setattr("wam_cast.evaluation.replay.write_replay", lambda *_: None)

@@ -37,7 +37,7 @@ def middle_of(mask):
 
 @pytest.fixture(scope="module")
 def frames(caught):
-    return render_frames(caught, choose_moments(caught))
+    return list(render_frames(caught, choose_moments(caught)))
 
 
 def test_moments_follow_the_stages(caught):
@@ -74,7 +74,7 @@ def test_ball_is_rendered_where_the_camera_projects_it(name, request):
 def test_paths_so_far_end_at_the_rendered_ball_and_at_the_hand(caught, frames):
     axes = Figure().subplots()
     frame = frames[2]
-    draw_frame(axes, frame, caught, 3)
+    draw_frame(axes, frame, caught)
     drawn = [line.get_xydata() for line in axes.lines]
     shown = [line[np.isfinite(line).all(axis=1)] for line in drawn]
     ends = np.array([line[-1] for line in shown if len(line)])
@@ -142,6 +142,15 @@ def test_side_view_draws_the_recorded_paths_in_the_casting_plane(missed):
     assert {"move", "wait", "drop", "hold", "return", "ball", "hand", "landing", "landing, predicted"} <= set(
         labels
     )
+
+
+def test_moments_at_which_the_ball_is_in_one_place_share_a_marker(caught):
+    axes = Figure().subplots()
+    draw_side_view(axes, caught, [0, 150, len(caught.times) - 1])
+    place = in_casting_plane(caught.p_WL[[0, 150]], 0.0)
+    numbers = {text.get_text(): text.xy for text in axes.texts}
+    assert list(numbers) == ["1, 3", "2"]
+    np.testing.assert_allclose(list(numbers.values()), place)
 
 
 def test_film_strip_of_a_cast_without_a_cup_has_the_frames_that_it_reached(landed):

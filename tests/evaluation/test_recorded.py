@@ -1,12 +1,14 @@
-"""Recordings cut and joined for the pictures."""
+"""Recordings cut and sampled for the pictures."""
+
+from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from wam_cast.cast import Cast
-from wam_cast.evaluation.recorded import SAMPLED, join, without_turn
-from wam_cast.evaluation.replay import cast_ends, describe_all
+from wam_cast.evaluation.recorded import SAMPLED, cast_ends, frame_moments, holds_ball, without_turn
+from wam_cast.evaluation.replay import describe_all
 from wam_cast.system.motion import Stage
+from wam_cast.system.outcome import Status
 
 
 def test_cut_recording_begins_with_the_move_and_its_clock_too(missed):
@@ -32,16 +34,32 @@ def test_recording_without_a_turn_is_left_as_it_is(caught):
         np.testing.assert_array_equal(getattr(cut, name), getattr(caught, name))
 
 
-def test_joined_recordings_have_one_clock_and_no_sample_twice(caught, missed):
-    joined = join([caught, missed])
-    n = len(caught.times)
-    for name in SAMPLED:
-        assert len(getattr(joined, name)) == n + len(missed.times) - 1
-    assert np.all(np.diff(joined.times) > 0)
-    assert joined.times[n] == pytest.approx(caught.times[-1] + missed.times[1], abs=1e-12)
-    np.testing.assert_array_equal(joined.p_WL[n:], missed.p_WL[1:])
-    np.testing.assert_allclose(cast_ends([caught, missed]), [caught.times[-1], joined.times[-1]], atol=1e-12)
-    assert join([caught]) is caught
+def test_frames_show_the_nearest_samples_of_the_cast_that_runs(caught, missed):
+    casts = [caught, missed]
+    ends = cast_ends(casts)
+    np.testing.assert_allclose(ends, [caught.times[-1], caught.times[-1] + missed.times[-1]])
+    moments = frame_moments(casts, 24.0)
+    assert (len(moments) - 2) / 24 < ends[-1] <= (len(moments) - 1) / 24
+    assert moments[-1] == (1, len(missed.times) - 1)
+    shown = [casts[number].times[sample] + (0, ends[0])[number] for number, sample in moments]
+    assert np.max(np.abs(shown[:-1] - np.arange(len(moments) - 1) / 24)) <= 0.001 + 1e-9
+    numbers = [number for number, _ in moments]
+    assert numbers == sorted(numbers)
+    assert numbers.count(0) == int(ends[0] * 24) + 1
+
+
+def test_ball_is_held_from_its_last_entry_until_it_is_lifted_out_and_never_in_a_miss(caught, missed, landed):
+    holds = holds_ball(caught)
+    changes = np.flatnonzero(np.diff(holds))
+    assert len(changes) == 2
+    assert caught.stages[changes[0]] == Stage.DROP
+    assert caught.stages[changes[1]] == Stage.RETURN
+    assert caught.p_WL[changes[0] + 1, 2] < caught.scenario.cup.rim_height < caught.p_WL[changes[0], 2]
+    assert not holds_ball(missed).any()
+    assert not holds_ball(landed).any()
+    # A ball that went in and came out again was not caught.
+    came_out = replace(caught, outcome=replace(caught.outcome, status=Status.CAME_OUT))
+    assert not holds_ball(came_out).any()
 
 
 def test_caption_of_several_casts_counts_and_lists_them(caught, missed):

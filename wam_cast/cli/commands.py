@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import sys
 import time
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -101,6 +101,10 @@ def throw(
         Path | None,
         typer.Option(metavar="FILE.png", help="Write a film strip of one cast (also .pdf, .svg)."),
     ] = None,
+    animation: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.gif", help="Write a film of one cast, without its return (also .mp4)."),
+    ] = None,
     seed: Annotated[
         int,
         typer.Option(
@@ -116,7 +120,8 @@ def throw(
     Between two cups the arm lifts the ball out of the first, lets it hang at rest and turns to the second.
     """
     cups = [_parse_cup(text) for text in cup]
-    _check_outputs(len(cups), replay, picture)
+    files = Files(replay, picture, animation)
+    _check_outputs(len(cups), files)
     setting, forward = models.scenario_and_model(scenario, model, train)
     plans = _plans(forward, cups, planner, solver)
     outcomes: list[Outcome] = []
@@ -127,7 +132,7 @@ def throw(
                 outcomes.append(outcome)
                 advance(len(outcomes))
 
-            _execute(setting, plans, seed, replay, picture, note)
+            _execute(setting, plans, seed, files, note)
     finally:
         # What was finished is told even if the rest is interrupted.
         if outcomes:
@@ -346,44 +351,62 @@ def _plans(
     return plans
 
 
-def _check_outputs(n_cups: int, replay: Path | None, picture: Path | None) -> None:
+@dataclass(frozen=True)
+class Files:
+    """What `throw` is to write, each a path or none."""
+
+    replay: Path | None
+    picture: Path | None
+    animation: Path | None
+
+
+def _check_outputs(n_cups: int, files: Files) -> None:
     """Refuse, before any work is done, what `throw` could not write after it."""
     from wam_cast.evaluation.output import picture_format
 
-    if picture is not None and n_cups > 1:
-        raise InputError(f"--picture shows one cast: give one --cup, not {n_cups}")
-    for path in (replay, picture):
+    for option, path in (("--picture", files.picture), ("--animation", files.animation)):
+        if path is not None and n_cups > 1:
+            raise InputError(f"{option} shows one cast: give one --cup, not {n_cups}")
+    for path in (files.replay, files.picture, files.animation):
         if path is not None:
             check_writable(path)
-    if replay is not None and replay.suffix.lower() not in (".html", ".htm"):
-        raise InputError(f"--replay {replay} is a web page: choose a name that ends in .html")
-    if picture is not None:
-        picture_format(picture)
+    if files.replay is not None and files.replay.suffix.lower() not in (".html", ".htm"):
+        raise InputError(f"--replay {files.replay} is a web page: choose a name that ends in .html")
+    if files.picture is not None:
+        picture_format(files.picture)
+    if files.animation is not None:
+        from wam_cast.evaluation.animation import check_animation
+
+        check_animation(files.animation)
 
 
 def _execute(
     scenario: wc.Scenario,
     plans: list[Plan],
     seed: int,
-    replay: Path | None,
-    picture: Path | None,
+    files: Files,
     on_outcome: Callable[[Outcome], None],
 ) -> None:
     """Execute plans after each other; if it is to be shown, to the end of the last return, and write what was asked for."""
-    if replay is None and picture is None:
+    if files == Files(None, None, None):
         casts, cups = [plan.cast for plan in plans], [plan.cup for plan in plans]
         wc.simulate_casts(scenario, casts, cups, noise_seed=seed, on_outcome=on_outcome)
         return
     throws = [wc.Throw(plan.cast, plan.cup) for plan in plans]
     simulator = wc.CastSimulator(scenario)
     recordings = simulator.record_sequence(throws, noise_seed=seed, on_outcome=on_outcome)
-    if replay is not None:
+    if files.replay is not None:
         from wam_cast.evaluation.replay import write_replay
 
-        write_replay(recordings, replay, [plan.predicted_landing for plan in plans])
-        err.print(f"replay: {replay}")
-    if picture is not None:
+        write_replay(recordings, files.replay, [plan.predicted_landing for plan in plans])
+        err.print(f"replay: {files.replay}")
+    if files.picture is not None:
         from wam_cast.evaluation.filmstrip import write_picture
 
-        write_picture(recordings[0], picture, plans[0].predicted_landing)
-        err.print(f"picture: {picture}")
+        write_picture(recordings[0], files.picture, plans[0].predicted_landing)
+        err.print(f"picture: {files.picture}")
+    if files.animation is not None:
+        from wam_cast.evaluation.animation import write_animation
+
+        write_animation(recordings[0], files.animation)
+        err.print(f"animation: {files.animation}")

@@ -12,14 +12,8 @@ from pydrake.math import RigidTransform, RotationMatrix
 
 from wam_cast.arm_model import bearing_limits
 from wam_cast.cast import Cast
-from wam_cast.evaluation.recorded import CEILING_RADIUS, CEILING_THICKNESS, stage_pieces
-from wam_cast.evaluation.replay import (
-    BALL_PATH_RADIUS,
-    FRAME_RATE,
-    HAND_PATH_RADIUS,
-    frame_samples,
-    last_frame,
-)
+from wam_cast.evaluation.recorded import CEILING_RADIUS, CEILING_THICKNESS, frame_moments, stage_pieces
+from wam_cast.evaluation.replay import BALL_PATH_RADIUS, HAND_PATH_RADIUS
 from wam_cast.evaluation.scene import CastScene
 from wam_cast.evaluation.style import STAGE_COLORS, Color, stage_name
 from wam_cast.evaluation.viewer import open_meshcat, place_camera, tube
@@ -57,6 +51,9 @@ DOT_RADIUS = 0.011
 
 N_DEVIATIONS = 2
 """Standard deviations by which the ring of the predicted landing is wider than the ball."""
+
+FRAME_RATE = 24
+"""Frames for each second of a cast; the browser moves the bodies straight from one to the next."""
 
 EVERY = 4
 """Of so many samples of the ball's path one is drawn."""
@@ -133,10 +130,9 @@ class ExplorerView:
         if abs(recording.cast.bearing - self._viewed_bearing) > SEEN_WELL:
             self._look(recording.cast.bearing)
         self._mark("executed", recording.outcome.landing, recording.cast.bearing)
-        animation = self._record_bodies(recording)
+        samples = [sample for _, sample in frame_moments([recording], FRAME_RATE)]
+        animation = self._record_bodies(recording, samples)
         self.meshcat.Delete(f"{ROOT}/path")
-        samples = frame_samples(recording.times)
-        last = last_frame(samples)
         for stage, piece in stage_pieces(recording.stages):
             points = _thinned(recording.p_WL[piece])
             if len(points) < 2:
@@ -146,7 +142,7 @@ class ExplorerView:
             ends = int(np.searchsorted(samples, piece.stop - 1))
             animation.SetProperty(0, f"{ROOT}/{path}", "visible", False)
             animation.SetProperty(ends, f"{ROOT}/{path}", "visible", True)
-            animation.SetProperty(last, f"{ROOT}/{path}", "visible", True)
+            animation.SetProperty(len(samples) - 1, f"{ROOT}/{path}", "visible", True)
         self.meshcat.SetAnimation(animation)
         self._replays = True
 
@@ -159,15 +155,17 @@ class ExplorerView:
         ceiling = [[x, y, top] for x in sides for y in sides]
         place_camera(self.meshcat, np.vstack([floor, ceiling]), bearing, ELEVATION)
 
-    def _record_bodies(self, recording: CastRecording) -> Any:
-        """Return an animation of the bodies, without showing it."""
-        scene, samples = self._scene, frame_samples(recording.times)
-        scene.visualizer.DeleteRecording()
-        animation = scene.visualizer.StartRecording(False)
-        for frame, sample in [*enumerate(samples), (last_frame(samples), samples[-1])]:
-            scene.set_state(frame / FRAME_RATE, recording.states[sample])
-            scene.publish()
-        scene.visualizer.StopRecording()
+    def _record_bodies(self, recording: CastRecording, samples: list[int]) -> Any:
+        """Return an animation of the bodies, a frame for each of `samples`, without showing it."""
+        visualizer = self._scene.visualizer
+        visualizer.DeleteRecording()
+        animation = visualizer.StartRecording(False)
+        for frame, sample in enumerate(samples):
+            self._scene.show(
+                recording, sample, (frame + 0.5) / FRAME_RATE
+            )  # in its middle: Drake rounds down
+            self._scene.publish()
+        visualizer.StopRecording()
         return animation
 
     def _draw_floor(self, reach: tuple[float, float] | None) -> None:

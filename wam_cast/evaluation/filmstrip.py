@@ -14,7 +14,14 @@ from numpy.typing import NDArray
 
 from wam_cast.evaluation.camera import Camera, view_rotation
 from wam_cast.evaluation.output import picture_format, write_figure
-from wam_cast.evaluation.recorded import describe, finite_part, points_to_show, stage_pieces, without_turn
+from wam_cast.evaluation.recorded import (
+    describe,
+    finite_part,
+    points_to_show,
+    stage_before,
+    stage_pieces,
+    without_turn,
+)
 from wam_cast.evaluation.scene import CastScene, make_renderer
 from wam_cast.evaluation.side_view import draw_side_view
 from wam_cast.evaluation.style import INK, STAGE_COLORS, stage_name
@@ -22,7 +29,7 @@ from wam_cast.system.motion import Stage
 from wam_cast.system.recording import CastRecording
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from matplotlib.axes import Axes
 
@@ -74,8 +81,8 @@ def choose_moments(recording: CastRecording) -> list[int]:
 
 def render_frames(
     recording: CastRecording, samples: Sequence[int], size: tuple[int, int] = FRAME_SIZE
-) -> list[Frame]:
-    """Render `samples` of a recording off screen, all from one place that sees the whole cast.
+) -> Iterator[Frame]:
+    """Render `samples` of a recording off screen, one after the other, all from one place that sees the whole cast.
 
     Parameters
     ----------
@@ -89,15 +96,13 @@ def render_frames(
     bearing = recording.cast.bearing
     camera = Camera.framing(points_to_show(recording), view_rotation(bearing, TURN, ELEVATION), size)
     scene = CastScene(recording.scenario, recording.cup, renderers={"vtk": make_renderer(bearing)})
-    frames = []
     for sample in samples:
-        scene.set_state(recording.times[sample], recording.states[sample])
-        frames.append(Frame(sample, camera, scene.render(camera.to_drake("vtk"))))
-    return frames
+        scene.show(recording, sample)
+        yield Frame(sample, camera, scene.render(camera.to_drake("vtk")))
 
 
-def draw_frame(axes: Axes, frame: Frame, recording: CastRecording, number: int) -> None:
-    """Draw a frame with the paths of ball and hand so far, under its number, stage and time."""
+def draw_frame(axes: Axes, frame: Frame, recording: CastRecording) -> None:
+    """Draw a frame with the paths of ball and hand so far."""
     axes.imshow(frame.image, interpolation="antialiased")
     so_far = slice(0, frame.sample + 1)
     p_WL = recording.p_WL[frame.sample]
@@ -110,9 +115,6 @@ def draw_frame(axes: Axes, frame: Frame, recording: CastRecording, number: int) 
             pixels[np.linalg.norm(pixels - ball, axis=1) < radius] = np.nan  # leave the ball itself in sight
             outline = [withStroke(linewidth=width + 0.8, foreground="white")]
             axes.plot(*pixels.T, color=STAGE_COLORS[stage], linewidth=width, path_effects=outline)
-    # A sample at which a stage ends belongs to the next one, but shows how that stage left the world.
-    label = stage_name(Stage(recording.stages[frame.sample - 1])) if frame.sample else "start"
-    axes.set_title(f"{number}  {label}, {recording.times[frame.sample]:.2f} s")
     axes.set_xlim(-0.5, frame.camera.width - 0.5)
     axes.set_ylim(frame.camera.height - 0.5, -0.5)
     axes.set_axis_off()
@@ -129,14 +131,16 @@ def draw_film_strip(recording: CastRecording, predicted_landing: Array | None = 
         World (x, y) [m] where a forward model said that the ball would land, to be marked; or none.
     """
     recording = without_turn(finite_part(recording))
-    frames = render_frames(recording, choose_moments(recording))
+    frames = list(render_frames(recording, choose_moments(recording)))
     figure = Figure(figsize=(15.0, 8.6), layout="constrained", facecolor="white")
     n_columns = math.ceil(len(frames) / 2)
     grid = figure.add_gridspec(1, 2, width_ratios=(n_columns, 2.1))
     left, right = (figure.add_subfigure(grid[0, column]) for column in range(2))
     panels = left.subplots(2, n_columns, squeeze=False).ravel()
     for number, (axes, frame) in enumerate(zip(panels, frames, strict=False), start=1):
-        draw_frame(axes, frame, recording, number)
+        draw_frame(axes, frame, recording)
+        stage = stage_name(stage_before(recording, frame.sample)) if frame.sample else "start"
+        axes.set_title(f"{number}  {stage}, {recording.times[frame.sample]:.2f} s")
     for axes in panels[len(frames) :]:
         axes.set_axis_off()
     draw_side_view(right.subplots(), recording, [frame.sample for frame in frames], predicted_landing)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wam_cast.evaluation.style import status_name
 from wam_cast.system.motion import Stage
+from wam_cast.system.outcome import is_inside
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -41,17 +42,46 @@ def without_turn(recording: CastRecording) -> CastRecording:
     return _samples(recording, slice(min(turning, len(recording.times) - 1), None))
 
 
-def join(recordings: Sequence[CastRecording]) -> CastRecording:
-    """Return recordings that follow each other as one, with times [s] from the first one's start; the rest is the first one's."""
-    joined = recordings[0]
-    for later in recordings[1:]:
-        later = replace(later, times=later.times + joined.times[-1])
-        # Its first sample is the last one of the recording before it.
-        parts: dict[str, Any] = {
-            name: np.concatenate([getattr(joined, name), getattr(later, name)[1:]]) for name in SAMPLED
-        }
-        joined = replace(joined, **parts)
-    return joined
+def without_return(recording: CastRecording) -> CastRecording:
+    """Return the recording up to the end of the hold: all of it, if it does not get there."""
+    returning = np.flatnonzero(recording.stages == Stage.RETURN)
+    return _samples(recording, slice(int(returning[0]) + 1 if len(returning) else None))
+
+
+def stage_before(recording: CastRecording, sample: int) -> Stage:
+    """Return the stage that led to a sample: that at which a stage ends belongs to the next one, but shows what the first did."""
+    return Stage(recording.stages[max(sample - 1, 0)])
+
+
+def holds_ball(recording: CastRecording) -> NDArray[np.bool_]:
+    """Return, shape (n,), when the ball of a cast that was caught is in its cup; never if it was not."""
+    if recording.cup is None or not recording.outcome.is_caught:
+        return np.zeros(len(recording.times), dtype=bool)
+    shape = recording.scenario.cup
+    return is_inside(recording.p_WL - [*recording.cup, shape.rim_height], shape)
+
+
+def cast_ends(casts: Sequence[CastRecording]) -> Array:
+    """Return when each of casts that follow each other ends [s], from the start of the first one, shape (n,)."""
+    return np.cumsum([recording.times[-1] for recording in casts])
+
+
+def frame_moments(casts: Sequence[CastRecording], rate: float) -> list[tuple[int, int]]:
+    """Return what the frames of casts that follow each other show, `rate` of them a second, to the end of the last cast.
+
+    Each is the number of a cast, from 0 on, and the sample of it that is nearest to the frame's time. Where two casts meet
+    the frame shows the end of the first.
+    """
+    ends = cast_ends(casts)
+    times = np.arange(math.ceil(ends[-1] * rate - 1e-9) + 1) / rate
+    numbers = np.minimum(np.searchsorted(ends, times - 1e-9), len(casts) - 1)
+    return [
+        (
+            int(number),
+            int(np.argmin(np.abs(casts[number].times - casts[number].times[-1] + ends[number] - time))),
+        )
+        for number, time in zip(numbers, times, strict=True)
+    ]
 
 
 def _samples(recording: CastRecording, which: slice) -> CastRecording:

@@ -17,39 +17,48 @@ from pydrake.geometry import (
 )
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
+from pydrake.multibody.tree import FixedOffsetFrame, SpatialInertia
 from pydrake.systems.framework import DiagramBuilder
 
-from wam_cast.evaluation.recorded import CEILING_RADIUS, CEILING_THICKNESS
+from wam_cast.evaluation.recorded import CEILING_RADIUS, CEILING_THICKNESS, holds_ball
 from wam_cast.evaluation.style import PAPER
-from wam_cast.scenario import Scenario
+from wam_cast.scenario import Cup, Scenario
+from wam_cast.system.cup_mesh import cup_mesh
 from wam_cast.system.plant import fill_plant, hanging_positions
+from wam_cast.system.recording import CastRecording
 
 Array = NDArray[np.float64]
 
 CEILING_COLOR = (0.62, 0.64, 0.67, 1.0)
 
+LIT_CUP_COLOR = (1.0, 0.78, 0.10, 0.40)
+"""Of the cup while it holds the ball."""
+
 OUT_OF_SIGHT = (0.0, 0.0, -1.0)
-"""Where a cup stands that the cast did not have: below the floor."""
+"""Where a cup stands that is not to be seen: below the floor."""
 
 
 def make_renderer(bearing: float) -> Any:
-    """Return an off-screen render engine: one light that casts shadows, two that soften them, all turned to `bearing` [rad]."""
+    """Return an off-screen render engine: one light that casts shadows, three that soften them, all turned to `bearing` [rad].
+
+    The first stands so low that the shadow of the ceiling falls beyond the floor that is drawn, and the arm's beside the ball.
+    """
     c, s = math.cos(bearing), math.sin(bearing)
     R_WPlane = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
     key = LightParameter(
         type="spot",
         frame="world",
-        position=R_WPlane @ [-0.3, -1.2, 3.6],
-        direction=R_WPlane @ [0.65, 1.2, -3.6],
-        cone_angle=35.0,
-        intensity=0.6,
+        position=R_WPlane @ [-0.6, -2.4, 2.9],
+        direction=R_WPlane @ [1.0, 2.4, -2.5],
+        cone_angle=40.0,
+        intensity=0.4,
     )
     fills = [
         LightParameter(type="point", frame="world", position=R_WPlane @ p, intensity=intensity)
-        for p, intensity in (([-2.5, -3.0, 1.2], 0.55), ([2.0, -1.5, 2.6], 0.5))
+        for p, intensity in (([-2.5, -3.0, 1.2], 0.45), ([2.0, -1.5, 2.6], 0.45), ([0.3, -0.5, 3.5], 0.3))
     ]
     settings = RenderEngineVtkParams(
-        default_clear_color=PAPER, lights=[key, *fills], cast_shadows=True, shadow_map_size=1024
+        default_clear_color=PAPER, lights=[key, *fills], cast_shadows=True, shadow_map_size=2048
     )
     return MakeRenderEngineVtk(settings)
 
@@ -62,7 +71,7 @@ class CastScene:
     scenario
         What is shown.
     cup
-        World (x, y) of the cup's axis [m]; none hides the cup.
+        World (x, y) of the cup's axis [m]; none hides the cup. A second cup, which looks lit, takes its place where told.
     meshcat
         A Meshcat to show it in, `frame_rate` frames a second [1/s], or none.
     renderers
@@ -85,6 +94,7 @@ class CastScene:
         for name, renderer in (renderers or {}).items():
             self.scene_graph.AddRenderer(name, renderer)
         self._add_ceiling(scenario.arm.mount_height)
+        self._add_lit_cup(scenario.cup)
         fill_plant(self.plant, scenario)
         self.visualizer: Any = None
         if meshcat is not None:
@@ -104,11 +114,24 @@ class CastScene:
             self.plant.world_body(), X_WCeiling, patch, "ceiling", CEILING_COLOR
         )
 
-    def stand_cup(self, cup: tuple[float, float] | None) -> None:
-        """Put the cup's axis at world (x, y) [m], or hide it."""
+    def _add_lit_cup(self, cup: Cup) -> None:
+        """Add a cup for the eye alone: a geometry's colour cannot change, so that two cups change places."""
+        model = self.plant.AddModelInstance("lit_cup")
+        body = self.plant.AddRigidBody(
+            "lit_cup", model, SpatialInertia.SolidSphereWithMass(0.1, cup.outer_radius)
+        )
+        world = self.plant.world_frame()
+        mount = self.plant.AddFrame(FixedOffsetFrame("lit_cup_mount", world, RigidTransform(), model))
+        self.plant.WeldFrames(mount, body.body_frame())
+        self.plant.RegisterVisualGeometry(body, RigidTransform(), cup_mesh(cup), "lit_cup", LIT_CUP_COLOR)
+
+    def stand_cup(self, cup: tuple[float, float] | None, *, is_lit: bool = False) -> None:
+        """Put the axis of the cup, or of the one that is lit, at world (x, y) [m], or hide it."""
         p_WC = OUT_OF_SIGHT if cup is None else (*cup, self._rim_height)
-        mount = self.plant.GetFrameByName("cup_mount")
-        mount.SetPoseInParentFrame(self._plant_context, RigidTransform(p_WC))
+        for name, is_seen in (("cup_mount", not is_lit), ("lit_cup_mount", is_lit)):
+            mount = self.plant.GetFrameByName(name)
+            X_WMount = RigidTransform(p_WC if is_seen else OUT_OF_SIGHT)
+            mount.SetPoseInParentFrame(self._plant_context, X_WMount)
 
     def set_state(self, time: float, state: Array) -> None:
         """Put the scene at `time` [s], with its plant in `state`, shape (n_x,), such as a row of `CastRecording.states`."""
@@ -124,10 +147,23 @@ class CastScene:
         """Return the pose of one of the plant's frames in the world, a `RigidTransform` [m]."""
         return frame.CalcPoseInWorld(self._plant_context)
 
+    def show(self, recording: CastRecording, sample: int, time: float | None = None) -> None:
+        """Put the scene in the state of a recording's `sample`, its cup lit while it holds the ball.
+
+        `time` [s] is the scene's, of the sample without it.
+        """
+        self.stand_cup(recording.cup, is_lit=bool(holds_ball(recording)[sample]))
+        self.set_state(recording.times[sample] if time is None else time, recording.states[sample])
+
     def position(self, body: str) -> Array:
         """Return where the origin of `body` is in the world [m], shape (3,)."""
         pose = self.plant.GetBodyByName(body).EvalPoseInWorld(self._plant_context)
         return np.asarray(pose.translation())
+
+    def positions(self) -> Array:
+        """Return where the origins of all bodies are in the world [m], shape (n, 3)."""
+        poses = self.plant.get_body_poses_output_port().Eval(self._plant_context)
+        return np.array([pose.translation() for pose in poses])
 
     def publish(self) -> None:
         """Show the scene as it is, in the Meshcat that it was made with."""

@@ -61,7 +61,7 @@ def draw_side_view(
     axes.set_title("In the casting plane")
     axes.spines[["top", "right"]].set_visible(False)
     handles = _legend_handles(recording, predicted_landing is not None)
-    axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=3, frameon=False)
+    axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.09), ncols=3, frameon=False)
 
 
 def _draw_surroundings(axes: Axes, recording: CastRecording) -> None:
@@ -87,12 +87,22 @@ def _draw_paths(axes: Axes, recording: CastRecording) -> None:
 
 
 def _draw_balls(axes: Axes, recording: CastRecording, moments: Sequence[int]) -> None:
+    """Draw the ball at its moments, with their numbers; moments at which it is in one place share a ball."""
     centres = in_casting_plane(recording.p_WL[list(moments)], recording.cast.bearing)
     radius = recording.scenario.ball.radius
+    balls: list[tuple[Array, list[int]]] = []
     for number, centre in enumerate(centres, start=1):
-        ball = Circle(tuple(centre), radius, facecolor=BALL_COLOR, edgecolor=INK, linewidth=0.6, zorder=6)
+        same = [numbers for place, numbers in balls if np.linalg.norm(place - centre) < radius]
+        if same:
+            same[0].append(number)
+        else:
+            balls.append((centre, [number]))
+    for centre, numbers in balls:
+        place = (centre[0], centre[1])
+        ball = Circle(place, radius, facecolor=BALL_COLOR, edgecolor=INK, linewidth=0.6, zorder=6)
         axes.add_patch(ball)
-        axes.annotate(str(number), centre, ha="center", va="center", fontsize=7, color="white", zorder=7)
+        label = ", ".join(map(str, numbers))
+        axes.annotate(label, place, ha="center", va="center", fontsize=7, color="white", zorder=7)
 
 
 def _draw_landings(axes: Axes, recording: CastRecording, predicted_landing: Array | None) -> None:

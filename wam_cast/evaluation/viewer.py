@@ -41,18 +41,25 @@ def open_meshcat() -> Any:
     return meshcat
 
 
-def place_camera(meshcat: Any, p_WQ: Array, bearing: float, elevation: float = ELEVATION) -> None:
-    """Look at the casting plane at `bearing`, `elevation` down [rad], such that all points `p_WQ` [m], shape (n, 3), are seen."""
+def place_camera(meshcat: Any, p_WQ: Array, bearing: float, elevation: float = ELEVATION) -> Camera:
+    """Look at the casting plane at `bearing`, `elevation` down [rad], such that all points `p_WQ` [m], shape (n, 3), are seen.
+
+    Returns the page's camera in a square window.
+    """
     R_WV = view_rotation(bearing, TURN, elevation)
     camera = Camera.framing(p_WQ, R_WV, (1000, 1000), FIELD_OF_VIEW)
     ahead = R_WV[:, 2]
     depth = float(np.mean((p_WQ - camera.p_WV) @ ahead))
     meshcat.SetCamera(Meshcat.PerspectiveCamera(fov=math.degrees(FIELD_OF_VIEW)))
     meshcat.SetCameraPose(camera.p_WV, camera.p_WV + depth * ahead)
+    return camera
 
 
 def tube(p_WQ: Array, radius: float) -> tuple[Array, NDArray[np.int32]]:
-    """Return an open tube of `radius` [m] around the path p_WQ [m], shape (n, 3): vertices (3, m) and triangles (3, k)."""
+    """Return an open tube of `radius` [m] around the path p_WQ [m], shape (n, 3): vertices (3, m) and triangles (3, k).
+
+    Both are in the order of the path, `2 * N_SIDES` triangles from each of its points to the next one.
+    """
     along = np.gradient(p_WQ, axis=0)
     along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
     # Of the world's axes the one that the path follows least cannot be parallel to it.
@@ -66,8 +73,6 @@ def tube(p_WQ: Array, radius: float) -> tuple[Array, NDArray[np.int32]]:
     )
     index = np.arange(rings.size // 3).reshape(-1, N_SIDES)
     here, there = index[:-1], index[1:]
-    quads = np.stack([here, there, np.roll(there, -1, axis=1), np.roll(here, -1, axis=1)], axis=-1).reshape(
-        -1, 4
-    )
-    triangles = np.vstack([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    quads = np.stack([here, there, np.roll(there, -1, axis=1), np.roll(here, -1, axis=1)], axis=-1)
+    triangles = quads[..., [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
     return np.asfortranarray(rings.reshape(-1, 3).T), np.asfortranarray(triangles.T, dtype=np.int32)

@@ -133,6 +133,8 @@ def test_all_bearings_of_the_sliders_are_within_the_stops_and_reach_them(page):
         page.move(bearing=far)
         assert abs(page.explorer.cast.bearing) <= abs(stop)
         assert page.explorer.cast.bearing == pytest.approx(stop, abs=0.002)
+        page.explorer.choose(Cast(0.3, 0.6, 0.1, bearing=math.copysign(3.1, stop)))
+        assert page.explorer.cast.bearing == stop
 
 
 def test_too_fast_a_move_is_slowed_down_and_its_slider_says_so(page):

@@ -164,10 +164,12 @@ class ExplorerView:
         scene, samples = self._scene, frame_samples(recording.times)
         scene.visualizer.DeleteRecording()
         animation = scene.visualizer.StartRecording(False)
-        for frame, sample in [*enumerate(samples), (last_frame(samples), samples[-1])]:
-            scene.set_state(frame / FRAME_RATE, recording.states[sample])
-            scene.publish()
-        scene.visualizer.StopRecording()
+        try:
+            for frame, sample in [*enumerate(samples), (last_frame(samples), samples[-1])]:
+                scene.set_state(frame / FRAME_RATE, recording.states[sample])
+                scene.publish()
+        finally:  # or, in a notebook that was interrupted, nothing would be shown any more
+            scene.visualizer.StopRecording()
         return animation
 
     def _draw_floor(self, reach: tuple[float, float] | None) -> None:

@@ -1,6 +1,8 @@
 """Explorer: what is chosen, predicted, planned and executed, without a browser."""
 
+import base64
 import math
+import re
 from dataclasses import replace
 
 import msgpack
@@ -57,6 +59,12 @@ class Page:
     def position(self, path):
         matrix = msgpack.unpackb(self.meshcat._GetPackedTransform(path=path))["matrix"]
         return np.array(matrix).reshape(4, 4).T[:2, 3]
+
+    def replayed(self):
+        """Return the paths of all that moves or appears in the replay that the page plays."""
+        packed = map(base64.b64decode, re.findall(r'base64,([A-Za-z0-9+/=]+)"', self.meshcat.StaticHtml()))
+        (message,) = (data for data in packed if b"set_animation" in data[:40])
+        return {part["path"] for part in msgpack.unpackb(message)["animations"]}
 
 
 @pytest.fixture(scope="module")
@@ -125,6 +133,8 @@ def test_all_bearings_of_the_sliders_are_within_the_stops_and_reach_them(page):
         page.move(bearing=far)
         assert abs(page.explorer.cast.bearing) <= abs(stop)
         assert page.explorer.cast.bearing == pytest.approx(stop, abs=0.002)
+        page.explorer.choose(Cast(0.3, 0.6, 0.1, bearing=math.copysign(3.1, stop)))
+        assert page.explorer.cast.bearing == stop
 
 
 def test_too_fast_a_move_is_slowed_down_and_its_slider_says_so(page):
@@ -241,7 +251,10 @@ def test_a_cast_is_executed_marked_and_drawn_by_stage(page):
     for stage in ("move", "wait", "drop"):
         assert page.meshcat.HasPath(f"/explorer/path/{stage}")
     assert f"miss {1e3 * expected.miss:.1f} mm" in page.caption
+    bodies = {"/drake/visualizer/ball/ball", "/drake/visualizer/wam7/tool_plate"}
+    assert bodies | {"/explorer/path/drop"} <= page.replayed()
     page.move(wait=0.3)
+    assert not page.replayed()  # it would move the bodies away again
     assert f"Last cast: {expected.status.value.replace('_', ' ')}" in page.caption
     assert page.is_visible("executed")
 

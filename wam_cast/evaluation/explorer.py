@@ -6,30 +6,26 @@ import asyncio
 import html
 import math
 import time
-from dataclasses import astuple, dataclass
+from dataclasses import astuple
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wam_cast.arm_model import bearing_limits
 from wam_cast.cast import PARAMETERS, Cast, cast_bounds, checked_cup, nearest_allowed
 from wam_cast.errors import InputError
 from wam_cast.evaluation.explorer_view import EXECUTED, PLANE, PREDICTED, WITHIN_REACH, ExplorerView
 from wam_cast.evaluation.panel import Panel, Slider, swatch
+from wam_cast.evaluation.prediction import Prediction
 from wam_cast.evaluation.recorded import finite_part, without_turn
 from wam_cast.evaluation.style import STAGE_COLORS, stage_name, status_name
 from wam_cast.learning.forward_model import ForwardModel, reference_model
-from wam_cast.planning.chance import Spread, clear_entry_probability, landing_spread
 from wam_cast.planning.plan import Plan, plan_cast
-from wam_cast.planning.predictor import ACROSS, ALONG, ENTRY_ANGLE, PEAK_LOAD, PEAK_SPEED, Predictor
 from wam_cast.planning.reach import from_polar, to_polar
 from wam_cast.scenario import Scenario
 from wam_cast.system.motion import Stage
-from wam_cast.system.outcome import Outcome, to_casting_plane
+from wam_cast.system.outcome import Outcome
 from wam_cast.system.simulation import CastSimulator
-
-Array = NDArray[np.float64]
 
 CAST, PLAN, FETCH = "cast [C]", "plan for the cup [P]", "cup to where the ball landed [L]"
 """The buttons."""
@@ -39,52 +35,6 @@ PERIOD = 0.05
 
 ADVICE = "make one with: wam-cast generate, then wam-cast fit"
 """To whom has no model."""
-
-
-@dataclass(frozen=True)
-class Prediction:
-    """What a model says of a cast for a cup.
-
-    Attributes
-    ----------
-    landing
-        World (x, y) [m], shape (2,).
-    spread
-        Of it along and across the casting plane [m].
-    miss
-        Distance from the cup's axis [m].
-    clear_entry_probability
-        That the ball enters the cup without touching its rim.
-    peak_load, peak_speed
-        The largest shares of the motors' torque and of the joints' speed limits.
-    """
-
-    landing: Array
-    spread: Spread
-    miss: float
-    clear_entry_probability: float
-    peak_load: float
-    peak_speed: float
-
-    @classmethod
-    def of(cls, model: Predictor, cast: Cast, cup: tuple[float, float]) -> Prediction:
-        """Ask `model` about `cast` for a cup at world (x, y) [m]."""
-        outputs = model.predict(cast.to_array()[np.newaxis])[0]
-        along, across = float(outputs[ALONG]), float(outputs[ACROSS])
-        spread = landing_spread(model, cast.to_array(), model.scenario.noise)
-        cup_along, cup_across = to_casting_plane(np.array(cup), cast.bearing)
-        offset = along - cup_along, across - cup_across
-        c, s = math.cos(cast.bearing), math.sin(cast.bearing)
-        return cls(
-            landing=np.array([c * along - s * across, s * along + c * across]),
-            spread=spread,
-            miss=math.hypot(*offset),
-            clear_entry_probability=clear_entry_probability(
-                model.scenario, float(outputs[ENTRY_ANGLE]), offset, spread
-            ),
-            peak_load=float(outputs[PEAK_LOAD]),
-            peak_speed=float(outputs[PEAK_SPEED]),
-        )
 
 
 class Explorer:
@@ -163,7 +113,7 @@ class Explorer:
             self.cup = checked_cup(cup)
         if cast is not None:
             allowed = nearest_allowed(self.scenario, cast.to_array())
-            self.cast = Cast.from_array(allowed, cast.bearing)
+            self.cast = Cast.from_array(allowed, np.clip(cast.bearing, *bearing_limits()))
         self._note = ""
         self._refresh()
 

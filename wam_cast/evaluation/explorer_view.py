@@ -160,12 +160,13 @@ class ExplorerView:
         visualizer = self._scene.visualizer
         visualizer.DeleteRecording()
         animation = visualizer.StartRecording(False)
-        for frame, sample in enumerate(samples):
-            self._scene.show(
-                recording, sample, (frame + 0.5) / FRAME_RATE
-            )  # in its middle: Drake rounds down
-            self._scene.publish()
-        visualizer.StopRecording()
+        try:
+            for frame, sample in enumerate(samples):
+                # In the frame's middle: Drake rounds down.
+                self._scene.show(recording, sample, (frame + 0.5) / FRAME_RATE)
+                self._scene.publish()
+        finally:  # or, in a notebook that was interrupted, nothing would be shown any more
+            visualizer.StopRecording()
         return animation
 
     def _draw_floor(self, reach: tuple[float, float] | None) -> None:

@@ -1,11 +1,15 @@
-"""What the notebooks show and matplotlib does not: pages inside the page. For JupyterLab, VS Code and rendered documents alike."""
+"""What the notebooks show and matplotlib does not: pages inside the page, pictures that follow sliders, and Meshcat's address."""
 
 from __future__ import annotations
 
 import html
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from io import BytesIO
 from typing import Any
+
+import matplotlib.pyplot as plt
+from matplotlib.figure import Figure
 
 from wam_cast.evaluation.replay import open_replay
 from wam_cast.evaluation.viewer import open_meshcat
@@ -39,6 +43,37 @@ def embed(meshcat: Any, *, height: int = 480) -> EmbeddedPage:
     return EmbeddedPage(meshcat.StaticHtml(), height)
 
 
+def explore(draw: Callable[..., Figure], **sliders: Any) -> Any:
+    """Return widgets: the sliders and, below them, the picture that `draw` makes of their values, anew whenever one moves.
+
+    Parameters
+    ----------
+    draw
+        Takes the sliders' values by name; the figure that it returns is closed once its picture is taken.
+    sliders
+        Widgets with a value.
+    """
+    from ipywidgets import Image, VBox  # the package works without
+
+    image = Image(format="png")
+
+    def redraw(_: Any = None) -> None:
+        image.value = _picture(draw(**{name: slider.value for name, slider in sliders.items()}))
+
+    for slider in sliders.values():
+        slider.observe(redraw, "value")
+    redraw()
+    return VBox([*sliders.values(), image])
+
+
+def _picture(figure: Figure) -> bytes:
+    """Return the figure as PNG, and close it, lest the notebook show it too."""
+    stored = BytesIO()
+    figure.savefig(stored, format="png", dpi="figure")
+    plt.close(figure)
+    return stored.getvalue()
+
+
 def open_viewer() -> Any:
     """Return a Meshcat and say where it is, or say that there is none and return none.
 
@@ -53,3 +88,7 @@ def open_viewer() -> Any:
         f"Meshcat is at {meshcat.web_url()} on the kernel's machine; from another one, forward the port first."
     )
     return meshcat
+
+
+_kept: list[Any] = []
+"""Viewers, until the process ends: a Meshcat must end in its own thread, but any thread may collect a diagram that holds it."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import cmath
+import gc
 import html
 import math
 from collections.abc import Sequence
@@ -86,6 +87,9 @@ def open_replay(recordings: CastRecording | Sequence[CastRecording]) -> Any:
     ):
         _record_path(meshcat, animation, name, p_WQ, casts, radius)
     meshcat.SetAnimation(animation)
+    # The scene's diagram is a cycle that holds the Meshcat, which must end in this thread; any may collect garbage.
+    del animation
+    gc.collect()
     return meshcat
 
 

@@ -1,6 +1,7 @@
 """Where the notebooks are, and a kernel to run them in."""
 
 import copy
+import gc
 import os
 import sys
 from pathlib import Path
@@ -58,6 +59,9 @@ def run_notebook(tmp_path):
             resources={"metadata": {"path": str(tmp_path / "work")}},
             timeout=TIMEOUT,
         )
+        # What widgets capture would be lost to the tests; and nbclient, answering them, can miss the end of a cell.
+        client.comm_open_handlers = {}
+        gc.collect()  # a thread of the client would not do for other tests' Meshcats, which must end where they began
         client.execute(env=environment)
         return executed
 

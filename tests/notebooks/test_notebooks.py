@@ -1,5 +1,7 @@
 """Each notebook runs from top to bottom in an empty directory, warns of nothing, and its results are right."""
 
+import sys
+
 import nbformat
 import pytest
 from nbclient.exceptions import CellExecutionError
@@ -9,6 +11,32 @@ pytestmark = pytest.mark.slow
 CHECKS = {
     "01_the_robot": [
         "plant.num_velocities() == 7 + 2 * scenario.string.n_links",
+        "abs(table['mass [kg]'].sum() - arm.CalcTotalMass(context)) < 1e-9",
+        "(table.filter(like='I3').to_numpy() < table.filter(regex='I[12]').sum(axis=1).to_numpy()[:, None]).all()",
+        "jacobian_error < 1e-8",
+        "0.2 < load.max() < 0.5",
+        "np.allclose(torques[:, 2] @ np.ones(7), 10 * J[2].sum())",
+    ],
+    "02_the_diagram": [
+        "error < 1e-12",
+        "abs(from_port[3]) == arm.GetEffortUpperLimits()[3]",
+        "np.abs(np.linalg.solve(J @ J.T, J @ posture)).max() < 1e-9",
+        "len(table) == 13 and table['unit'].notna().all()",
+        "list(peak_error) == sorted(peak_error, reverse=True)",
+        "list(peak_error.values()) == sorted(peak_error.values())",
+        "outcomes['CastController'].is_caught",
+        "outcomes['PaperLaw'].limits_hit == ('joint 6 position',)",
+        "outcomes['PaperLaw'].miss < 2e-3",
+    ],
+    "03_one_cast": [
+        "outcome.is_caught",
+        "abs(recording.times[-1] - sum(times[-1] - times[0] for _, times in pieces)) < 1e-9",
+        "tracking_error.max() < 0.01",
+        "np.allclose(load[: np.argmax(cast_part.stages)].max(axis=0)[1:6], outcome.peak_load[1:6])",
+        "np.allclose(speed[: np.argmax(cast_part.stages)].max(axis=0)[[1, 3]], outcome.peak_speed[[1, 3]])",
+        "abs(np.interp(outcome.crossing_time, cast_part.times, slack) - outcome.slack) < 2e-3",
+        "abs(slack[cast_part.times < 0.9]).max() < 1e-3",
+        "len(frames) == len(moments)",
     ],
     "04_data_and_model": [
         "(len(few), len(data)) == (40, 1700)",
@@ -85,7 +113,37 @@ def test_what_python_and_cpp_warn_of_is_noticed(run_notebook):
 
 
 def test_notebook_runs_this_python_in_an_empty_directory(run_notebook):
-    import sys
-
     checks = ["import os, sys", "assert os.listdir() == []", f"assert sys.executable == {sys.executable!r}"]
     run_notebook(notebook_of("x = 1"), after=checks)
+
+
+def test_joint_sliders_are_followed_between_the_cells_until_they_are_stopped(run_notebook):
+    setup = """
+import asyncio
+
+import numpy as np
+
+import wam_cast as wc
+from wam_cast.evaluation.joint_sliders import JointSliders
+from wam_cast.evaluation.viewer import open_meshcat
+
+meshcat = open_meshcat()
+sliders = JointSliders(meshcat, wc.Scenario(), {"E": "tool_plate"})
+sliders.follow()
+"""
+    move = (
+        "poses.append(meshcat._GetPackedTransform('/frames/E'))\nmeshcat.SetSliderValue('joint 2 [rad]', {})"
+    )
+    wait = "await asyncio.sleep(0.3)"
+    cells = [
+        setup + "poses = []",
+        move.format(0.5),
+        wait,
+        "sliders.stop()",
+        move.format(-0.5),
+        wait,
+        move.format(0),
+    ]
+    run_notebook(
+        notebook_of(*cells), after=["before, followed, after = poses\nassert before != followed == after"]
+    )

@@ -1,13 +1,17 @@
-"""What the notebooks show and matplotlib does not: pages inside the page. For JupyterLab, VS Code and rendered documents alike."""
+"""What the notebooks show and matplotlib does not: pages inside the page, pictures that follow sliders, and Meshcat's address."""
 
 from __future__ import annotations
 
 import html
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from io import BytesIO
 from typing import Any
 
-from wam_cast.evaluation.replay import open_replay
+import matplotlib.pyplot as plt
+from matplotlib.figure import Figure
+
+from wam_cast.evaluation.replay import replay_page
 from wam_cast.evaluation.viewer import open_meshcat
 from wam_cast.system.recording import CastRecording
 
@@ -31,12 +35,43 @@ class EmbeddedPage:
 
 def show_replay(recordings: CastRecording | Sequence[CastRecording], *, height: int = 480) -> EmbeddedPage:
     """Return the replay of one cast, or of several that followed each other, for a notebook to show, `height` pixels high."""
-    return embed(open_replay(recordings), height=height)
+    return EmbeddedPage(replay_page(recordings), height)
 
 
 def embed(meshcat: Any, *, height: int = 480) -> EmbeddedPage:
     """Return what `meshcat` shows now, to be looked at from all sides; it does not change with the Meshcat any more."""
     return EmbeddedPage(meshcat.StaticHtml(), height)
+
+
+def explore(draw: Callable[..., Figure], **sliders: Any) -> Any:
+    """Return widgets: the sliders and, below them, the picture that `draw` makes of their values, anew whenever one moves.
+
+    Parameters
+    ----------
+    draw
+        Takes the sliders' values by name; the figure that it returns is closed once its picture is taken.
+    sliders
+        Widgets with a value.
+    """
+    from ipywidgets import Image, VBox  # the package works without
+
+    image = Image(format="png")
+
+    def redraw(_: Any = None) -> None:
+        image.value = _picture(draw(**{name: slider.value for name, slider in sliders.items()}))
+
+    for slider in sliders.values():
+        slider.observe(redraw, "value")
+    redraw()
+    return VBox([*sliders.values(), image])
+
+
+def _picture(figure: Figure) -> bytes:
+    """Return the figure as PNG, and close it, lest the notebook show it too."""
+    stored = BytesIO()
+    figure.savefig(stored, format="png", dpi="figure")
+    plt.close(figure)
+    return stored.getvalue()
 
 
 def open_viewer() -> Any:
@@ -53,3 +88,7 @@ def open_viewer() -> Any:
         f"Meshcat is at {meshcat.web_url()} on the kernel's machine; from another one, forward the port first."
     )
     return meshcat
+
+
+_kept: list[Any] = []
+"""Viewers, until the process ends: a Meshcat must end in its own thread, but any thread may collect a diagram that holds it."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import cmath
+import gc
 import html
 import re
 from collections.abc import Sequence
@@ -95,14 +96,6 @@ def replay_page(
     return head + player + end + tail
 
 
-def open_replay(recordings: CastRecording | Sequence[CastRecording]) -> Any:
-    """Return a Meshcat whose page, at its `web_url()`, replays recorded casts for as long as it is kept.
-
-    A page of Meshcat's own: it has no caption, and the path of a whole stage appears when the stage begins.
-    """
-    return _open(_casts(recordings)).meshcat
-
-
 def _casts(recordings: CastRecording | Sequence[CastRecording]) -> list[CastRecording]:
     several = [recordings] if isinstance(recordings, CastRecording) else recordings
     return [finite_part(recording) for recording in several]
@@ -125,6 +118,9 @@ def _open(casts: Sequence[CastRecording]) -> _Replay:
     animation = _record_bodies(meshcat, casts, moments)
     growth = _record_paths(meshcat, animation, casts, moments)
     meshcat.SetAnimation(animation)
+    # The scene's diagram is a cycle that holds the Meshcat, which must end in this thread; any may collect garbage.
+    del animation
+    gc.collect()
     return _Replay(meshcat, camera, growth)
 
 

@@ -1,0 +1,102 @@
+"""What notebooks embed shows in a browser without a network, and a Meshcat that cannot be opened is no error."""
+
+import gc
+import html
+import re
+import socket
+from io import BytesIO
+
+import matplotlib.image
+import matplotlib.pyplot as plt
+import pytest
+from ipywidgets import IntSlider
+
+from wam_cast.evaluation import notebook
+from wam_cast.evaluation.notebook import EmbeddedPage, embed, explore, open_viewer, show_replay
+from wam_cast.evaluation import replay
+
+
+def test_embedded_page_is_the_page_whatever_is_in_it():
+    page = '<p class="a" title=\'b\'>1 < 2 & "3"</p><script>if (1 && 2) {}</script></iframe>'
+    shown = EmbeddedPage(page, 300)._repr_html_()
+    (inside,) = re.findall(r'srcdoc="([^"]*)"', shown)
+    assert html.unescape(inside) == page
+    assert 'height="300"' in shown
+
+
+def test_pictures_follow_their_sliders_and_are_closed():
+    drawn = []
+
+    def draw(width, height):
+        drawn.append((width, height))
+        return plt.figure(figsize=(width, height), dpi=100)
+
+    width, height = IntSlider(3), IntSlider(2)
+    shown = explore(draw, width=width, height=height)
+    width.value = 5
+    assert drawn == [(3, 2), (5, 2)]
+    assert matplotlib.image.imread(BytesIO(shown.children[-1].value)).shape == (200, 500, 4)
+    assert shown.children[:2] == (width, height)
+    assert plt.get_fignums() == []
+
+
+def test_viewer_says_where_it_is(capsys):
+    meshcat = open_viewer()
+    assert meshcat.web_url() in capsys.readouterr().out
+
+
+def test_without_a_port_there_is_no_viewer_but_a_sentence(monkeypatch, capsys):
+    def fail():
+        raise RuntimeError("Meshcat failed to open a websocket port.")
+
+    monkeypatch.setattr(notebook, "open_meshcat", fail)
+    assert open_viewer() is None
+    printed = capsys.readouterr()
+    assert "No port could be opened" in printed.out
+    assert printed.err == ""
+
+
+def test_embedded_meshcat_fetches_nothing():
+    meshcat = notebook.open_meshcat()
+    page = embed(meshcat).page
+    assert page.startswith("<!DOCTYPE html>")
+    assert not re.search(r"""(src|srcset)\s*=\s*["'](https?:)?//""", page)
+
+
+def test_replay_leaves_no_meshcat_for_the_garbage_collector(landed, monkeypatch):
+    ports = []
+
+    def noticed():
+        meshcat = open_meshcat()
+        ports.append(meshcat.port())
+        return meshcat
+
+    monkeypatch.setattr(replay, "open_meshcat", noticed)
+    gc.disable()
+    try:
+        show_replay(landed)
+        with pytest.raises(ConnectionRefusedError):
+            socket.create_connection(("localhost", *ports), timeout=5)
+    finally:
+        gc.enable()
+
+
+@pytest.mark.slow
+def test_replay_plays_inside_a_page_without_a_network(browser, landed, tmp_path):
+    path = tmp_path / "notebook.html"
+    path.write_text(f"<!DOCTYPE html><body>{show_replay(landed, height=300)._repr_html_()}</body>")
+    context = browser.new_context(offline=True, viewport={"width": 500, "height": 330})
+    page, errors = context.new_page(), []
+    page.on("pageerror", lambda error: errors.append(error))
+    page.goto(path.as_uri(), timeout=60_000)
+    frame = page.frames[1]
+    frame.wait_for_selector("canvas", timeout=60_000)
+    frame.wait_for_function(VISIBLE_PATHS + " > 0", timeout=60_000)
+    context.close()
+    assert errors == []
+
+
+VISIBLE_PATHS = """
+Array.from(viewer.scene_tree.find(["paths", "ball"]).object.children).filter(piece => piece.visible).length
+""".strip()
+"""How much of the ball's path is shown; at the start nothing is."""

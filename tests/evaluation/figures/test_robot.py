@@ -9,6 +9,8 @@ from wam_cast.evaluation.style import figure_style
 from wam_cast.scenario import Scenario
 
 Q_BENT = np.array([0.0, 1.0, 0.0, 1.3, 0.0, -0.3, 0.0])
+pytestmark = pytest.mark.slow
+
 FRAMES = {"W": "world", "B": "base", "E": "tool_plate", "L": "ball", "C": "cup"}
 
 

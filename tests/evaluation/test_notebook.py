@@ -11,9 +11,9 @@ import matplotlib.pyplot as plt
 import pytest
 from ipywidgets import IntSlider
 
-from wam_cast.evaluation import notebook
+from wam_cast.evaluation import notebook, replay
 from wam_cast.evaluation.notebook import EmbeddedPage, embed, explore, open_viewer, show_replay
-from wam_cast.evaluation import replay
+from wam_cast.evaluation.viewer import open_meshcat
 
 
 def test_embedded_page_is_the_page_whatever_is_in_it():

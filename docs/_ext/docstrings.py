@@ -14,6 +14,7 @@ from sphinx.util.nodes import make_refnode
 LITERAL = re.compile(r"(`+[^`]*`+)")
 SPECIAL = re.compile(r"(?<=\w)_(?!\w)|\|")
 ARRAY = re.compile(r"[~\w.]*ndarray\[tuple\[[~\w.]*Any, \.\.\.\], [~\w.]*dtype\[[~\w.]*?(\w+)\]\]")
+LIKE_AN_ARRAY = re.compile(r"[~\w.]*_Buffer \| .*?_NestedSequence\[complex \| bytes \| str\]")
 PORTS = "Ports"
 """A heading of ours that numpydoc does not know."""
 
@@ -57,12 +58,15 @@ def shorten(_app: Any, what: str, _name: str, thing: Any, _options: Any, signatu
     """Write the types of arrays in a signature in short, and leave a scenario's parts, whose attributes tell all, without one."""
     if what == "class" and issubclass(thing, BaseModel):
         return "", None
-    return tuple(text if text is None else ARRAY.sub(r"NDArray[\1]", text) for text in (signature, returns))
+    return tuple(
+        text and LIKE_AN_ARRAY.sub("ArrayLike", ARRAY.sub(r"NDArray[\1]", text))
+        for text in (signature, returns)
+    )
 
 
-def skip_requests(_app: Any, _what: str, name: str, *_details: Any) -> bool | None:
-    """Leave out the methods that scikit-learn adds to estimators to route metadata, which ours take none of."""
-    return True if re.fullmatch(r"set_\w+_request", name) else None
+def skip_inherited(_app: Any, _what: str, name: str, *_details: Any) -> bool | None:
+    """Leave out what scikit-learn adds to estimators to route metadata, which ours take none of, and pydantic's settings."""
+    return True if re.fullmatch(r"set_\w+_request|model_config", name) else None
 
 
 def find_by_name(_app: Any, env: Any, node: Any, content: Any) -> Any:
@@ -83,7 +87,7 @@ def setup(app: Any) -> dict[str, bool]:
     app.setup_extension("sphinx.ext.autodoc")
     app.connect("autodoc-process-docstring", translate, priority=100)
     app.connect("autodoc-process-signature", shorten)
-    app.connect("autodoc-skip-member", skip_requests)
+    app.connect("autodoc-skip-member", skip_inherited)
     app.connect("missing-reference", find_by_name)
     warnings.filterwarnings("ignore", "Unknown section", UserWarning, "numpydoc")  # in docstrings of Drake's
     return {"parallel_read_safe": True}

@@ -6,9 +6,9 @@ import itertools
 import json
 import math
 import re
-import struct
 
 import matplotlib.image
+import msgpack
 import numpy as np
 import pytest
 
@@ -28,61 +28,15 @@ from wam_cast.evaluation.viewer import N_SIDES, tube
 from wam_cast.system.motion import Stage
 
 
-class MessagePack:
-    """Reads what Meshcat writes: enough of https://msgpack.org for that."""
-
-    def __init__(self, data):
-        self._data, self._at = data, 0
-
-    def _take(self, layout):
-        (value,) = struct.unpack_from(">" + layout, self._data, self._at)
-        self._at += struct.calcsize(layout)
-        return value
-
-    def _items(self, n):
-        return [self.read() for _ in range(n)]
-
-    def _map(self, n):
-        return {self.read(): self.read() for _ in range(n)}
-
-    def read(self):
-        code = self._take("B")
-        if code < 0x80:
-            return code
-        if code < 0x90:
-            return self._map(code & 0x0F)
-        if code < 0xA0:
-            return self._items(code & 0x0F)
-        if code < 0xC0:
-            return self._take(f"{code & 0x1F}s").decode()
-        if code >= 0xE0:
-            return code - 0x100
-        if code in (0xC0, 0xC2, 0xC3):
-            return {0xC0: None, 0xC2: False, 0xC3: True}[code]
-        if code in SIZED:
-            kind, layout = SIZED[code]
-            n = self._take(layout)
-            return {"map": self._map, "list": self._items}[kind](n) if kind != "text" else self._take(f"{n}s")
-        if code in NUMBERS:
-            return self._take(NUMBERS[code])
-        raise ValueError(f"unexpected code {code:#x}")
-
-
-SIZED = {0xD9: ("text", "B"), 0xDA: ("text", "H"), 0xDB: ("text", "I")}
-SIZED |= {0xDC: ("list", "H"), 0xDD: ("list", "I"), 0xDE: ("map", "H"), 0xDF: ("map", "I")}
-NUMBERS = dict(zip((0xCA, 0xCB, *range(0xCC, 0xD4)), "fdBHIQbhiq", strict=True))
-
-
 def read_animation(page):
     """Return {path: {property: (times, values)}} of the page's one animation, the times in frames."""
     packed = (base64.b64decode(text) for text in re.findall(r"base64,([A-Za-z0-9+/=]+)", page))
     (message,) = (data for data in packed if b"set_animation" in data[:40])
-    animation = MessagePack(message).read()
+    animation = msgpack.unpackb(message)
     tracks = {}
     for part in animation["animations"]:
         assert part["clip"]["fps"] == FRAME_RATE
-        path = part["path"].decode() if isinstance(part["path"], bytes) else part["path"]
-        tracks[path] = {
+        tracks[part["path"]] = {
             track["name"]: ([key["time"] for key in track["keys"]], [key["value"] for key in track["keys"]])
             for track in part["clip"]["tracks"]
         }

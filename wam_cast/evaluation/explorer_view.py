@@ -13,14 +13,14 @@ from pydrake.math import RigidTransform, RotationMatrix
 from wam_cast.arm_model import bearing_limits
 from wam_cast.cast import Cast
 from wam_cast.evaluation.recorded import CEILING_RADIUS, CEILING_THICKNESS, frame_moments, stage_pieces
-from wam_cast.evaluation.replay import BALL_PATH_RADIUS, HAND_PATH_RADIUS
+from wam_cast.evaluation.replay import BALL_PATH_RADIUS, HAND_PATH_RADIUS, ring_points
 from wam_cast.evaluation.scene import CastScene
 from wam_cast.evaluation.style import STAGE_COLORS, Color, stage_name
 from wam_cast.evaluation.viewer import open_meshcat, place_camera, tube
 from wam_cast.planning.chance import Spread
 from wam_cast.scenario import Scenario
 from wam_cast.system.motion import Stage
-from wam_cast.system.plant import hanging_positions, make_arm_plant, starting_posture
+from wam_cast.system.plant import make_arm_plant, starting_posture
 from wam_cast.system.recording import CastRecording
 
 Array = NDArray[np.float64]
@@ -55,9 +55,6 @@ N_DEVIATIONS = 2
 FRAME_RATE = 24
 """Frames for each second of a cast; the browser moves the bodies straight from one to the next."""
 
-EVERY = 4
-"""Of so many samples of the ball's path one is drawn."""
-
 ROOT = "/explorer"
 """Path in Meshcat's tree of all that is drawn here, but for the bodies."""
 
@@ -79,9 +76,7 @@ class ExplorerView:
         self.scenario = scenario
         self.meshcat: Any = open_meshcat()
         self._scene = CastScene(scenario, None, meshcat=self.meshcat, frame_rate=FRAME_RATE)
-        q_arm = starting_posture(make_arm_plant(scenario), scenario)
-        hanging = hanging_positions(self._scene.plant, q_arm)
-        self._start = np.concatenate([hanging, np.zeros(self._scene.plant.num_velocities())])
+        self._q_start = starting_posture(make_arm_plant(scenario), scenario)
         self._hand_way: float | None = None
         self._ring: Spread | None = None
         self._replays = False
@@ -98,10 +93,10 @@ class ExplorerView:
             # What plays in the browser would move the bodies away again.
             self.meshcat.SetAnimation(MeshcatAnimation())
             self._replays = False
-        state = self._start.copy()
-        state[0] -= cast.bearing
+        q_arm = self._q_start.copy()
+        q_arm[0] -= cast.bearing
         self._scene.stand_cup(cup)
-        self._scene.set_state(0.0, state)
+        self._scene.set_posture(q_arm)
         self._scene.publish()
         self.meshcat.SetTransform(f"{ROOT}/plane", _placed((0.0, 0.0), cast.bearing))
         if cast.distance != self._hand_way:
@@ -134,7 +129,8 @@ class ExplorerView:
         animation = self._record_bodies(recording, samples)
         self.meshcat.Delete(f"{ROOT}/path")
         for stage, piece in stage_pieces(recording.stages):
-            points = _thinned(recording.p_WL[piece])
+            points = recording.p_WL[piece]
+            points = points[ring_points(points)]
             if len(points) < 2:
                 continue
             path = f"path/{stage_name(stage)}"
@@ -235,10 +231,3 @@ def _band(inner: float, outer: float, angles: Array, height: float) -> tuple[Arr
     i = np.arange(n - 1)
     triangles = np.hstack([[i, i + n, i + 1], [i + 1, i + n, i + n + 1]])
     return np.asfortranarray(vertices), np.asfortranarray(triangles, dtype=np.int32)
-
-
-def _thinned(p_WQ: Array) -> Array:
-    """Return some of the points p_WQ, shape (n, 3), the ends among them, without those where nothing moves."""
-    points = np.vstack([p_WQ[:-1:EVERY], p_WQ[-1:]])
-    moves = np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-5
-    return points[np.r_[True, moves]]

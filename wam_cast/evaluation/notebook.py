@@ -55,7 +55,7 @@ def explore(draw: Callable[..., Figure], **sliders: Any) -> Any:
     """
     from ipywidgets import Image, VBox  # the package works without
 
-    image = Image(format="png")
+    image = Image(format="png", layout={"align_self": "flex-start"})  # else as wide as the page
 
     def redraw(_: Any = None) -> None:
         image.value = _picture(draw(**{name: slider.value for name, slider in sliders.items()}))

@@ -4,6 +4,8 @@ import gc
 import html
 import re
 import socket
+import subprocess
+import sys
 from io import BytesIO
 
 import matplotlib.image
@@ -79,6 +81,28 @@ def test_replay_leaves_no_meshcat_for_the_garbage_collector(landed, monkeypatch)
             socket.create_connection(("localhost", *ports), timeout=5)
     finally:
         gc.enable()
+
+
+FORGOTTEN = """
+import gc, threading
+gc.disable()
+import wam_cast as wc
+from wam_cast.evaluation.explorer import Explorer
+from wam_cast.evaluation.joint_sliders import JointSliders
+from wam_cast.evaluation.notebook import open_viewer
+JointSliders(open_viewer(), wc.Scenario())
+Explorer()
+collector = threading.Thread(target=gc.collect)
+collector.start()
+collector.join()
+print("alive")
+"""
+
+
+@pytest.mark.slow
+def test_what_a_notebook_forgets_may_be_collected_in_another_thread():
+    found = subprocess.run([sys.executable, "-c", FORGOTTEN], capture_output=True, text=True, check=False)
+    assert found.stdout.splitlines()[-1:] == ["alive"], found.stderr
 
 
 @pytest.mark.slow

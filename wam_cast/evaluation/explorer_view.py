@@ -16,7 +16,7 @@ from wam_cast.evaluation.recorded import CEILING_RADIUS, CEILING_THICKNESS, fram
 from wam_cast.evaluation.replay import BALL_PATH_RADIUS, HAND_PATH_RADIUS, ring_points
 from wam_cast.evaluation.scene import CastScene
 from wam_cast.evaluation.style import STAGE_COLORS, Color, stage_name
-from wam_cast.evaluation.viewer import open_meshcat, place_camera, tube
+from wam_cast.evaluation.viewer import keep, open_meshcat, place_camera, tube
 from wam_cast.planning.chance import Spread
 from wam_cast.scenario import Scenario
 from wam_cast.system.motion import Stage
@@ -74,7 +74,7 @@ class ExplorerView:
 
     def __init__(self, scenario: Scenario, reach: tuple[float, float] | None, farthest: float) -> None:
         self.scenario = scenario
-        self.meshcat: Any = open_meshcat()
+        self.meshcat: Any = keep(open_meshcat())
         self._scene = CastScene(scenario, None, meshcat=self.meshcat, frame_rate=FRAME_RATE)
         self._q_start = starting_posture(make_arm_plant(scenario), scenario)
         self._hand_way: float | None = None

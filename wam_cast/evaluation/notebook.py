@@ -12,7 +12,7 @@ import matplotlib.pyplot as plt
 from matplotlib.figure import Figure
 
 from wam_cast.evaluation.replay import replay_page
-from wam_cast.evaluation.viewer import open_meshcat
+from wam_cast.evaluation.viewer import keep, open_meshcat
 from wam_cast.system.recording import CastRecording
 
 
@@ -80,7 +80,7 @@ def open_viewer() -> Any:
     Whether the reader's browser can reach it, only the reader can tell: a kernel may run on another machine.
     """
     try:
-        meshcat = open_meshcat()
+        meshcat = keep(open_meshcat())
     except RuntimeError:
         print("No port could be opened for Meshcat: the pictures here show the same, without motion.")
         return None

@@ -41,6 +41,19 @@ def open_meshcat() -> Any:
     return meshcat
 
 
+_kept: list[Any] = []
+
+
+def keep(meshcat: Any) -> Any:
+    """Keep `meshcat` until the process ends, and return it.
+
+    A Meshcat must end in the thread that began it, or Drake aborts the process. What shows its scene is full of cycles, which any
+    thread may collect; a notebook's kernel has several.
+    """
+    _kept.append(meshcat)
+    return meshcat
+
+
 def place_camera(meshcat: Any, p_WQ: Array, bearing: float, elevation: float = ELEVATION) -> Camera:
     """Look at the casting plane at `bearing`, `elevation` down [rad], such that all points `p_WQ` [m], shape (n, 3), are seen.
 

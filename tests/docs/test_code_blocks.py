@@ -5,6 +5,7 @@ Python runs as it stands, the blocks of a page in order and in one namespace. YA
 no business of this test is in `ELSEWHERE`, with who does run it. A line in neither, or a block of another language, fails.
 """
 
+import json
 import re
 import shlex
 import sys
@@ -222,6 +223,20 @@ def test_commands_within_the_text_have_their_options(page):
             assert [option for option in options - {"--help"} if f'"{option}"' not in text] == [], code
 
 
+def test_keys_of_json_are_all_explained(run):
+    _, printed = run("wam-cast throw --cup 0.75 --json")
+    page = (ROOT / "docs" / "command_line.md").read_text(encoding="utf-8")
+    cells = re.findall(r"^\| (`.+?) \|", page, re.MULTILINE)
+    assert sorted(key for cell in cells for key in re.findall(r"`(\w+)`", cell)) == sorted(
+        json.loads(printed)
+    )
+
+
+def test_statuses_are_all_explained():
+    row = re.search(r"^\| `status`.*$", (ROOT / "docs" / "command_line.md").read_text(encoding="utf-8"), re.M)
+    assert set(re.findall(r"`(\w+)`", row[0])) == {"status", "is_caught", *wc.Status} - {"landed"}
+
+
 @pages_with("bibtex")
 def test_citation_is_of_this_version(page):
     version = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
@@ -241,9 +256,7 @@ def test_relative_links_and_images_lead_somewhere(page):
         if child.type in ("link_open", "image")
     ]
     files = [target.partition("#")[0] for target in targets if not re.match(r"\w+:|#", target)]
-    # Pages of the reference and of the notebooks are made when the site is built.
-    missing = [file for file in files if not (page.parent / file).exists() and "reference/" not in file]
-    assert missing == []
+    assert [file for file in files if not (page.parent / file).exists()] == []
 
 
 def test_physics_has_the_joints_of_the_sheet():

@@ -156,3 +156,12 @@ def test_the_commands_that_an_error_names_work_as_printed(process):
     result = process(*throw)
     assert json.loads(result.out)["status"]
     assert result.code == (0 if json.loads(result.out)["is_caught"] else 1)
+
+
+def test_ctrl_c_while_the_parts_are_loaded_is_no_traceback(cli, monkeypatch):
+    def interrupted():
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("wam_cast.cli.commands.main", interrupted)
+    result = cli("plan", "--cup", "0.75")
+    assert (result.code, result.out, result.err) == (130, "", "interrupted\n")

@@ -1,5 +1,14 @@
 """The command line `wam-cast`."""
 
-from wam_cast.cli.commands import main
+import sys
 
-__all__ = ["main"]
+
+def main() -> None:
+    """Run the command line; also while its parts are still being loaded, Ctrl-C ends it with code 130 and no traceback."""
+    try:
+        from wam_cast.cli.commands import main as run
+
+        run()
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        sys.exit(130)

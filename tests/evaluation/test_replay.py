@@ -194,6 +194,11 @@ def test_replay_of_a_miss_without_a_cup_replaces_what_was_there_and_prints_nothi
     assert "listening" not in printed.err
 
 
+def test_each_recording_has_its_predicted_landing(landed):
+    with pytest.raises(InputError, match=r"predicted_landings: 2 for 1 recordings"):
+        replay_page(landed, np.array([0.75, 0.0]))
+
+
 def test_unwritable_path_is_one_line_and_leaves_nothing(landed, tmp_path):
     (tmp_path / "file").write_text("kept")
     (tmp_path / "folder.html").mkdir()

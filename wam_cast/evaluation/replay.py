@@ -16,6 +16,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from numpy.typing import NDArray
 from pydrake.geometry import MeshcatAnimation, Rgba
 
+from wam_cast.errors import InputError
 from wam_cast.evaluation.camera import MARGIN, Camera
 from wam_cast.evaluation.recorded import (
     describe,
@@ -84,10 +85,19 @@ def replay_page(
     recordings
         What to show: one cast, or several that followed each other.
     predicted_landings
-        World (x, y) [m] where a forward model said that each ball would land, for the caption; or none.
+        World (x, y) [m] where a forward model said that each ball would land, one for each recording, for the caption; or none.
+
+    Raises
+    ------
+    InputError
+        If there are more or fewer landings than recordings.
     """
     casts = _casts(recordings)
     landings = [None] * len(casts) if predicted_landings is None else predicted_landings
+    if len(landings) != len(casts):
+        raise InputError(
+            f"predicted_landings: {len(landings)} for {len(casts)} recordings; give a list with one (x, y) or None for each"
+        )
     replay = _open(casts)
     page = DECODER.sub('""', replay.meshcat.StaticHtml())
     player = _player(replay, casts, landings)

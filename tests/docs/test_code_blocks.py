@@ -38,7 +38,6 @@ CHEAPER = {
         "wam-cast generate --scenario longer.yaml --casts 34 --out longer.casts"
     ),
     "wam-cast map --out floor.png": "wam-cast map --out floor.png --radii 2 --bearings 2 --workers 1",
-    "wam-cast show": "wam-cast show --graph show.svg",
 }
 """Lines that take long or never end, and what runs instead."""
 
@@ -48,10 +47,12 @@ TRAINING_CASTS = 34
 IN_CI, IN_DASK, IN_REPRODUCE = ".ci/run", "tests/learning/test_dask.py", "tests/cli/test_reproduce.py"
 
 ELSEWHERE = {
-    r"python3 -m venv \.venv && \.venv/bin/pip install .*": (IN_CI, "test_command"),
+    r"python3 -m venv \.venv && \.venv/bin/pip install -q -e \. && .*": (IN_CI, 'bash -c "$first_command"'),
+    r"python3 -m venv \.venv && \.venv/bin/pip install -q -e '\.\[test.*": (IN_CI, "test_command"),
     r"source \.venv/bin/activate": (IN_CI, ".venv/bin/"),
-    r"pip install .*'[^']*\[notebooks\]'": ("pyproject.toml", "notebooks = ["),
-    r"pip install 'wam-cast\[distributed\]'": ("pyproject.toml", "distributed = ["),
+    r"pip install -e '\.\[notebooks\]'": ("pyproject.toml", "notebooks = ["),
+    r"pip install -e '\.\[distributed\]'": ("pyproject.toml", "distributed = ["),
+    r"wam-cast show": ("tests/cli/test_explorer.py", 'start("show"'),
     r"jupyter lab notebooks": ("pyproject.toml", "jupyterlab"),
     r"dask (scheduler|worker \S+)": (IN_DASK, "LocalCluster"),
     r"wam-cast generate .*--scheduler \S+": (IN_DASK, "get_executor"),

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import signal
+import os
+import sys
 from pathlib import Path
 
 from wam_cast.cli import models
-from wam_cast.cli.output import out, print_json, progress
+from wam_cast.cli.output import err, out, print_json, progress
 
 
 def explore(scenario_path: Path | None, model_path: Path | None, as_json: bool) -> None:
@@ -29,6 +30,12 @@ def explore(scenario_path: Path | None, model_path: Path | None, as_json: bool) 
     try:
         explorer.run()
     except KeyboardInterrupt:
-        # Meshcat waits for browsers that loaded the page in the last ten seconds: a second Ctrl-C ends that, quietly.
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
-        raise
+        err.print("interrupted")
+        leave(130)
+
+
+def leave(code: int) -> None:
+    """End the process at once: at its regular end Meshcat would wait for browsers that loaded the page a while ago."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)

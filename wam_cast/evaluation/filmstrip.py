@@ -72,7 +72,8 @@ def choose_moments(recording: CastRecording) -> list[int]:
     """
     stages, times = recording.stages, recording.times
     ends = {stage: float(times[piece.stop - 1]) for stage, piece in stage_pieces(stages)}
-    moments = [0.0, 0.75 * ends[Stage.MOVE], ends.get(Stage.WAIT, ends[Stage.MOVE])]
+    end_of_move = ends.get(Stage.MOVE, float(times[-1]))  # it may have broken down in the turn
+    moments = [0.0, 0.75 * end_of_move, ends.get(Stage.WAIT, end_of_move)]
     crossing = recording.outcome.crossing_time
     moments.append(crossing - BEFORE_LANDING if math.isfinite(crossing) else ends.get(Stage.DROP, times[-1]))
     moments += [ends[stage] for stage in (Stage.HOLD, Stage.RETURN) if stage in ends]

@@ -58,7 +58,7 @@ class JointSliders:
         for name, low, high, value in zip(self._names, *limits, start, strict=True):
             meshcat.AddSlider(name, low, high, STEP, value)
         self._shown = np.full(N_ARM, np.nan)
-        self._following: asyncio.Task[None]
+        self._following: asyncio.Task[None] | None = None
         self.update()
         place_camera(meshcat, room_of(scenario), 0.0)
 
@@ -80,11 +80,13 @@ class JointSliders:
 
     def follow(self) -> None:
         """Keep updating until `stop`, in the running event loop, which a notebook's kernel has: between its cells."""
+        self.stop()
         self._following = asyncio.get_running_loop().create_task(self._follow())
 
     def stop(self) -> None:
-        """End what `follow` began."""
-        self._following.cancel()
+        """End what `follow` began, if it did."""
+        if self._following is not None:
+            self._following.cancel()
 
     async def _follow(self) -> None:
         while True:

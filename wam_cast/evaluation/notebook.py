@@ -88,7 +88,3 @@ def open_viewer() -> Any:
         f"Meshcat is at {meshcat.web_url()} on the kernel's machine; from another one, forward the port first."
     )
     return meshcat
-
-
-_kept: list[Any] = []
-"""Viewers, until the process ends: a Meshcat must end in its own thread, but any thread may collect a diagram that holds it."""

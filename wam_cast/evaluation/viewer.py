@@ -42,13 +42,14 @@ def open_meshcat() -> Any:
 
 
 _kept: list[Any] = []
+"""What `keep` was given."""
 
 
 def keep(meshcat: Any) -> Any:
     """Keep `meshcat` until the process ends, and return it.
 
     A Meshcat must end in the thread that began it, or Drake aborts the process. What shows its scene is full of cycles, which any
-    thread may collect; a notebook's kernel has several.
+    thread may collect; a notebook's kernel has several. So each costs a port and a thread until then.
     """
     _kept.append(meshcat)
     return meshcat

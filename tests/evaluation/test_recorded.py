@@ -3,9 +3,17 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from wam_cast.cast import Cast
-from wam_cast.evaluation.recorded import SAMPLED, cast_ends, frame_moments, holds_ball, without_turn
+from wam_cast.evaluation.recorded import (
+    SAMPLED,
+    cast_ends,
+    finite_part,
+    frame_moments,
+    holds_ball,
+    without_turn,
+)
 from wam_cast.evaluation.replay import describe_all
 from wam_cast.system.motion import Stage
 from wam_cast.system.outcome import Status
@@ -32,6 +40,22 @@ def test_recording_without_a_turn_is_left_as_it_is(caught):
     cut = without_turn(caught)
     for name in SAMPLED:
         np.testing.assert_array_equal(getattr(cut, name), getattr(caught, name))
+
+
+@pytest.mark.parametrize("name", ["states", "p_WL", "p_WE"])
+@pytest.mark.parametrize("broken", [np.nan, np.inf])
+def test_finite_part_ends_with_the_last_sample_before_the_first_broken_one(caught, name, broken):
+    values = getattr(caught, name).copy()
+    values[[7, 30], -1] = broken
+    part = finite_part(replace(caught, **{name: values}))
+    for sampled in SAMPLED:
+        np.testing.assert_array_equal(getattr(part, sampled), getattr(caught, sampled)[:7])
+
+
+def test_finite_part_of_a_recording_that_did_not_diverge_is_all_of_it(caught):
+    part = finite_part(caught)
+    for sampled in SAMPLED:
+        np.testing.assert_array_equal(getattr(part, sampled), getattr(caught, sampled))
 
 
 def test_frames_show_the_nearest_samples_of_the_cast_that_runs(caught, missed):

@@ -19,6 +19,7 @@ from wam_cast.evaluation.replay import (
     REST_AT_END,
     RING_SPACING,
     TOLERANCE,
+    describe_all,
     key_frames,
     replay_page,
     ring_points,
@@ -296,6 +297,25 @@ def test_browser_names_the_stage_and_its_time(player, caught):
         player.wind(time)
         assert player.text("#caption .now") == stage.name.lower()
         assert player.text("#player output") == f"{stage.name.lower()} {time:.2f} s"
+
+
+@pytest.mark.slow
+def test_browser_marks_the_cast_that_runs_among_several(browser, caught, missed, tmp_path):
+    path = tmp_path / "casts.html"
+    write_replay([caught, missed], path)
+    player = Player(browser, path)
+    _, *lines = describe_all([caught, missed], [None, None])
+    first_end = float(caught.times[-1])
+    shown = []
+    for time in (0.5, first_end - 0.1, first_end + 0.1, first_end + missed.times[-1], 0.5):
+        player.wind(round(float(time), 2))
+        bold = player.page.evaluate(
+            """() => [...document.querySelectorAll("#caption .detail")]
+                .filter(line => Number(getComputedStyle(line).fontWeight) > 500).map(line => line.textContent)"""
+        )
+        shown.append(bold)
+    player.context.close()
+    assert shown == [[lines[number]] for number in (0, 0, 1, 1, 0)]
 
 
 @pytest.mark.slow

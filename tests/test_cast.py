@@ -122,3 +122,9 @@ def test_other_cups_are_refused_in_one_line(cup):
     with pytest.raises(InputError, match="metres") as caught:
         checked_cup(cup)
     assert "\n" not in str(caught.value)
+
+
+def test_words_of_a_cast_are_short_and_have_units():
+    cast = Cast(0.2229401655761124, 0.48, 0.482, bearing=-1e-5)
+    assert str(cast) == "distance 0.223 m, speed 0.480 m/s, wait 0.482 s, bearing 0.0°"
+    assert eval(repr(cast)) == cast

@@ -51,6 +51,10 @@ class Cast:
                 f"wait = {self.wait:g} s not negative"
             )
 
+    def __str__(self) -> str:
+        bearing = round(math.degrees(self.bearing), 1) + 0.0  # adding 0 turns a rounded -0 into 0
+        return f"distance {self.distance:.3f} m, speed {self.speed:.3f} m/s, wait {self.wait:.3f} s, bearing {bearing:.1f}°"
+
     @property
     def move_duration(self) -> float:
         """Duration of the horizontal move [s]."""

@@ -331,8 +331,11 @@ class Scenario(_Part):
         except OSError as error:
             raise InputError(f"scenario {path}: {error.strerror}; name a readable YAML file") from None
         except (yaml.YAMLError, UnicodeDecodeError) as error:
-            first_line = str(error).splitlines()[0]
-            raise InputError(f"scenario {path}: not a YAML file ({first_line})") from None
+            what, *_ = str(error).splitlines()
+            if isinstance(error, yaml.MarkedYAMLError) and error.problem_mark is not None:
+                mark = error.problem_mark
+                what = f"line {mark.line + 1}, column {mark.column + 1}: {error.problem}"
+            raise InputError(f"scenario {path}: not a YAML file ({what})") from None
         try:
             return cls.from_dict({} if values is None else values)
         except InputError as error:

@@ -9,7 +9,7 @@ SCENARIOS = {
     "long_string.yaml": ("string: {length: 2.0}", ["string.length = 2 m", "allow less than", "start_height"]),
     "empty_bounds.yaml": ("bounds: {wait: [0.3, 0.1]}", ["bounds.wait = [0.3, 0.1]", "below the second"]),
     "negative_noise.yaml": ("noise: {distance: -0.003}", ["noise.distance", "-0.003", "or equal to 0"]),
-    "no_yaml.yaml": ("ball: [", ["not a YAML file"]),
+    "no_yaml.yaml": ("ball: [", ["not a YAML file", "line 1, column 8"]),
     "list.yaml": ("- 1\n- 2\n", ["top level", "arm, string"]),
 }
 
@@ -26,6 +26,7 @@ WORDS = {
     "plan --cup=": ["--cup ''", "X or X,Y in metres"],
     "plan --cup 0.6,": ["--cup '0.6,'", "X or X,Y in metres"],
     "plan --cup 0.6 0.2": ["0.2", "wam-cast plan --help"],
+    "plan --cup 0.6 -0.2": ["-0", "a cup is one word", "--cup 0.60,-0.25"],
     "plan --cup 0.7 --cup": ["--cup", "--help"],
     "plan": ["--cup", "wam-cast plan --help"],
     "throw": ["--cup", "wam-cast throw --help"],

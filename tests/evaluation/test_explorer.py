@@ -188,7 +188,7 @@ def test_without_a_model_the_page_says_how_to_get_one_and_goes_on(page_without_m
     cast = page.explorer.cast
     page.press(PLAN)
     assert page.explorer.cast == cast
-    assert "No plan without a model: go and" in page.caption
+    assert "No plan without a model: see below" in page.caption
     page.press(FETCH)
     assert "No ball has landed yet" in page.caption
 

@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from wam_cast.errors import InputError
@@ -18,10 +19,11 @@ from wam_cast.evaluation.filmstrip import (
     write_picture,
 )
 from wam_cast.evaluation.output import write_figure
-from wam_cast.evaluation.recorded import finite_part, points_to_show, stage_pieces, without_turn
+from wam_cast.evaluation.recorded import SAMPLED, finite_part, points_to_show, stage_pieces, without_turn
 from wam_cast.evaluation.side_view import draw_side_view, in_casting_plane
 from wam_cast.system.motion import Stage
 from wam_cast.system.outcome import is_inside
+from wam_cast.system.plant import STRING_COLOR
 
 
 def orange(image):
@@ -43,7 +45,9 @@ def frames(caught):
 def test_moments_follow_the_stages(caught):
     moments = choose_moments(caught)
     before = [Stage(caught.stages[max(sample - 1, 0)]) for sample in moments]
-    assert before == [Stage.MOVE, Stage.MOVE, Stage.WAIT, Stage.DROP, Stage.HOLD, Stage.RETURN]
+    assert before[:4] == [Stage.MOVE, Stage.MOVE, Stage.WAIT, Stage.DROP]
+    assert before[5] is Stage.RETURN
+    assert caught.times[moments[4]] == pytest.approx(caught.outcome.end_time)
     p_CL = caught.p_WL - [*caught.cup, caught.scenario.cup.rim_height]
     assert list(is_inside(p_CL, caught.scenario.cup)[moments]) == [False, False, False, False, True, False]
 
@@ -151,6 +155,42 @@ def test_moments_at_which_the_ball_is_in_one_place_share_a_marker(caught):
     numbers = {text.get_text(): text.xy for text in axes.texts}
     assert list(numbers) == ["1, 3", "2"]
     np.testing.assert_allclose(list(numbers.values()), place)
+
+
+def test_string_below_the_floor_is_drawn_lying_on_it(caught):
+    after = int(np.searchsorted(caught.times, caught.outcome.end_time + 0.3))
+    (frame,) = render_frames(caught, [after])
+    below = frame.string[:, 2] < 0
+    assert np.any(below)
+    axes = Figure().subplots()
+    draw_frame(axes, frame, caught)
+    (lying,) = (line.get_xydata() for line in axes.lines if line.get_color() == STRING_COLOR)
+    on_floor = frame.string * [1, 1, 0]
+    np.testing.assert_allclose(lying[below], frame.camera.project(on_floor[below]))
+    aloft = ~(below | np.roll(below, 1) | np.roll(below, -1))
+    assert np.all(np.isnan(lying[aloft]))
+    np.testing.assert_allclose(frame.string[-1], caught.p_WL[after], atol=1e-9)
+
+
+def test_cast_that_breaks_down_in_its_turn_has_a_start_and_an_end(caught):
+    samples = {name: getattr(caught, name)[:50] for name in SAMPLED}
+    broken = dataclasses.replace(caught, **samples | {"stages": np.full(50, Stage.TURN)})
+    assert choose_moments(broken)[0] == 0
+    assert choose_moments(broken)[-1] == 49
+
+
+@pytest.mark.parametrize("end", [0.2, 0.85, 1.0])
+def test_nothing_is_cut_off_however_far_the_ball_rolls(caught, end):
+    p_WL = caught.p_WL.copy()
+    p_WL[-1] = end, 0.0, 0.02
+    figure = draw_film_strip(dataclasses.replace(caught, p_WL=p_WL))
+    FigureCanvasAgg(figure).draw()
+    for axes in figure.axes:
+        box = axes.get_tightbbox()
+        assert figure.bbox.x0 <= box.x0
+        assert box.x1 <= figure.bbox.x1
+        assert figure.bbox.y0 <= box.y0
+        assert box.y1 <= figure.bbox.y1
 
 
 def test_film_strip_of_a_cast_without_a_cup_has_the_frames_that_it_reached(landed):

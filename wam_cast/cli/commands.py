@@ -7,6 +7,7 @@ is no; 2 the input was wrong, one line says how; 130 interrupted.
 from __future__ import annotations
 
 import math
+import re
 import sys
 import time
 from dataclasses import asdict, dataclass
@@ -50,7 +51,7 @@ ScenarioOption = Annotated[
     Path | None,
     typer.Option("--scenario", metavar="FILE", help="YAML file; the reference scenario without it."),
 ]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
+JsonOption = Annotated[bool, typer.Option("--json", metavar="", help="Print the result as JSON.")]
 CupOption = Annotated[
     list[str],
     typer.Option("--cup", metavar="X[,Y]", help="The cup's axis in metres; y is 0 without it. Repeatable."),
@@ -68,7 +69,9 @@ ModelOption = Annotated[
 WorkersOption = Annotated[
     int | None, typer.Option("--workers", min=1, help="Processes; one per processor without it.")
 ]
-TrainOption = Annotated[bool, typer.Option("--train", help="Make the scenario's model first if it has none.")]
+TrainOption = Annotated[
+    bool, typer.Option("--train", metavar="", help="Make the scenario's model first if it has none.")
+]
 
 
 def _print_version(wanted: bool) -> None:
@@ -223,7 +226,7 @@ def fit(
 def reproduce(
     directory: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where the report goes.")],
     seed: Annotated[int, typer.Option(min=0, help="Draws all that is random.")] = 0,
-    quick: Annotated[bool, typer.Option("--quick", help="With a tenth of the data.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", metavar="", help="With a tenth of the data.")] = False,
     scenario: ScenarioOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -315,6 +318,8 @@ def main() -> None:
         context = getattr(error, "ctx", None)
         command = "wam-cast" if context is None else context.command_path
         message = error.format_message().replace("Value error, ", "").rstrip(".")
+        if re.search(r"option: -[\d.]", message):
+            message += " (a cup is one word: --cup 0.60,-0.25)"
         _fail(f"{message[:1].lower()}{message[1:]}; see `{command} --help`")
     if code == 130:
         err.print("interrupted")

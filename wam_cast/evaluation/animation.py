@@ -16,7 +16,13 @@ from PIL import Image
 from wam_cast.errors import InputError
 from wam_cast.evaluation.filmstrip import draw_frame, render_frames
 from wam_cast.evaluation.output import picture_format
-from wam_cast.evaluation.recorded import finite_part, frame_moments, stage_before, without_return
+from wam_cast.evaluation.recorded import (
+    finite_part,
+    frame_moments,
+    stage_before,
+    without_aftermath,
+    without_turn,
+)
 from wam_cast.evaluation.style import INK, PAPER, STAGE_COLORS, stage_name, status_name
 from wam_cast.files import write_file
 from wam_cast.system.recording import CastRecording
@@ -31,6 +37,9 @@ FORMATS = ("gif", "mp4")
 
 FRAME_RATE = 20
 """Frames for each second of the cast; GIFs count in hundredths of a second."""
+
+SMALL_TURN = np.radians(0.5)
+"""A turn that cannot be seen [rad]."""
 
 REST_AT_END = 1.5
 """How long the last frame stays [s]."""
@@ -64,7 +73,8 @@ def check_animation(path: str | Path) -> None:
 def write_animation(recording: CastRecording, path: str | Path) -> None:
     """Write a film of a recorded cast to `path`, as GIF or MP4 by its suffix.
 
-    It shows the cast from its start to the end of the hold, in real time, and rests on its last frame; a GIF then begins anew.
+    It shows the cast in real time up to the verdict, and rests on its last frame; a GIF then begins anew. A turn that nobody
+    would see is left out.
 
     Raises
     ------
@@ -77,13 +87,15 @@ def write_animation(recording: CastRecording, path: str | Path) -> None:
 
 
 def animation_samples(recording: CastRecording) -> list[int]:
-    """Return the samples that the film shows: `FRAME_RATE` a second to the end of the hold."""
-    return [sample for _, sample in frame_moments([without_return(recording)], FRAME_RATE)]
+    """Return the samples that the film shows: `FRAME_RATE` a second up to the verdict."""
+    return [sample for _, sample in frame_moments([without_aftermath(recording)], FRAME_RATE)]
 
 
 def animation_frames(recording: CastRecording) -> Iterator[Picture]:
     """Return the film's frames, each of shape (height, width, 3), from 0 to 255; they are rendered one after the other."""
     recording = finite_part(recording)
+    if abs(recording.cast.bearing) < SMALL_TURN:
+        recording = without_turn(recording)
     samples = animation_samples(recording)
     width, height = FRAME_SIZE
     share = height / (height + TITLE_HEIGHT)

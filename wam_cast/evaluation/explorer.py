@@ -130,7 +130,7 @@ class Explorer:
     def plan(self) -> Plan | None:
         """Choose the best cast for the cup where it stands; if there is none, say why on the page and return none."""
         if self.model is None:
-            self._say(f"no plan without a model: {self.advice}")
+            self._say("no plan without a model: see below")
             return None
         self._say("planning ...")
         try:

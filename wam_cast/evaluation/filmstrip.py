@@ -26,6 +26,7 @@ from wam_cast.evaluation.scene import CastScene, make_renderer
 from wam_cast.evaluation.side_view import draw_side_view
 from wam_cast.evaluation.style import INK, STAGE_COLORS, stage_name
 from wam_cast.system.motion import Stage
+from wam_cast.system.plant import STRING_COLOR
 from wam_cast.system.recording import CastRecording
 
 if TYPE_CHECKING:
@@ -57,17 +58,20 @@ class Frame:
         What took it.
     image
         Red, green and blue, shape (height, width, 3), from 0 to 255.
+    string
+        Points along the string in the world [m], from the hand to the ball, shape (n, 3).
     """
 
     sample: int
     camera: Camera
     image: NDArray[np.uint8]
+    string: Array
 
 
 def choose_moments(recording: CastRecording) -> list[int]:
     """Return the samples that tell the cast, in order.
 
-    They are its start, late in the move, the end of the wait, just before the landing, and the ends of hold and return.
+    They are its start, late in the move, the end of the wait, just before the landing, the verdict, and the end of the return.
     Those that the recording does not reach are left out.
     """
     stages, times = recording.stages, recording.times
@@ -76,7 +80,8 @@ def choose_moments(recording: CastRecording) -> list[int]:
     moments = [0.0, 0.75 * end_of_move, ends.get(Stage.WAIT, end_of_move)]
     crossing = recording.outcome.crossing_time
     moments.append(crossing - BEFORE_LANDING if math.isfinite(crossing) else ends.get(Stage.DROP, times[-1]))
-    moments += [ends[stage] for stage in (Stage.HOLD, Stage.RETURN) if stage in ends]
+    moments += [recording.outcome.end_time] if recording.cup is not None else []
+    moments += [ends[Stage.RETURN]] if Stage.RETURN in ends else []
     return sorted({int(np.argmin(np.abs(times - moment))) for moment in moments})
 
 
@@ -99,12 +104,13 @@ def render_frames(
     scene = CastScene(recording.scenario, recording.cup, renderers={"vtk": make_renderer(bearing)})
     for sample in samples:
         scene.show(recording, sample)
-        yield Frame(sample, camera, scene.render(camera.to_drake("vtk")))
+        yield Frame(sample, camera, scene.render(camera.to_drake("vtk")), scene.string())
 
 
 def draw_frame(axes: Axes, frame: Frame, recording: CastRecording) -> None:
     """Draw a frame with the paths of ball and hand so far."""
     axes.imshow(frame.image, interpolation="antialiased")
+    _draw_string_on_floor(axes, frame)
     so_far = slice(0, frame.sample + 1)
     p_WL = recording.p_WL[frame.sample]
     p_WTop = p_WL + np.array([0.0, 0.0, recording.scenario.ball.radius])
@@ -119,6 +125,15 @@ def draw_frame(axes: Axes, frame: Frame, recording: CastRecording) -> None:
     axes.set_xlim(-0.5, frame.camera.width - 0.5)
     axes.set_ylim(frame.camera.height - 0.5, -0.5)
     axes.set_axis_off()
+
+
+def _draw_string_on_floor(axes: Axes, frame: Frame) -> None:
+    """Draw what of the string is below the floor as lying on it: it collides with nothing, and would look torn."""
+    below = frame.string[:, 2] < 0
+    shown = below | np.roll(below, 1) | np.roll(below, -1)  # and whereto it goes on
+    lying = np.where(shown[:, None], np.maximum(frame.string, [-np.inf, -np.inf, 0.0]), np.nan)
+    if np.any(below):
+        axes.plot(*frame.camera.project(lying).T, color=STRING_COLOR, linewidth=0.9, solid_joinstyle="round")
 
 
 def draw_film_strip(recording: CastRecording, predicted_landing: Array | None = None) -> Figure:

@@ -38,14 +38,20 @@ def finite_part(recording: CastRecording) -> CastRecording:
 
 def without_turn(recording: CastRecording) -> CastRecording:
     """Return the recording from the end of the turn on, with times [s] from there, as `Outcome.crossing_time` has them."""
-    turning = int(np.sum(recording.stages == Stage.TURN))
-    return _samples(recording, slice(min(turning, len(recording.times) - 1), None))
+    turning = min(int(np.sum(recording.stages == Stage.TURN)), len(recording.times) - 1)
+    end_time = recording.outcome.end_time - float(recording.times[turning])
+    recording = replace(recording, outcome=replace(recording.outcome, end_time=end_time))
+    return _samples(recording, slice(turning, None))
 
 
-def without_return(recording: CastRecording) -> CastRecording:
-    """Return the recording up to the end of the hold: all of it, if it does not get there."""
-    returning = np.flatnonzero(recording.stages == Stage.RETURN)
-    return _samples(recording, slice(int(returning[0]) + 1 if len(returning) else None))
+def without_aftermath(recording: CastRecording) -> CastRecording:
+    """Return the recording up to when it was judged; nothing happens after it until the return."""
+    return _samples(recording, slice(verdict_sample(recording) + 1))
+
+
+def verdict_sample(recording: CastRecording) -> int:
+    """Return the last sample that `Outcome` was judged by."""
+    return int(np.searchsorted(recording.times, recording.outcome.end_time + 1e-9, side="right")) - 1
 
 
 def stage_before(recording: CastRecording, sample: int) -> Stage:
@@ -113,12 +119,7 @@ def points_to_show(recording: CastRecording) -> Array:
 
 def describe(recording: CastRecording, predicted_landing: Array | None = None) -> str:
     """Return two lines: what became of the cast, and what was cast."""
-    cast = recording.cast
-    return (
-        f"{what_became(recording, predicted_landing)}\n"
-        f"distance {cast.distance:.3f} m, speed {cast.speed:.3f} m/s, wait {cast.wait:.3f} s, "
-        f"bearing {math.degrees(cast.bearing):.1f}°"
-    )
+    return f"{what_became(recording, predicted_landing)}\n{recording.cast}"
 
 
 def what_became(recording: CastRecording, predicted_landing: Array | None = None) -> str:

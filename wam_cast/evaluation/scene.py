@@ -165,6 +165,13 @@ class CastScene:
         poses = self.plant.get_body_poses_output_port().Eval(self._plant_context)
         return np.array([pose.translation() for pose in poses])
 
+    def string(self) -> Array:
+        """Return points along the string in the world [m], from the hand to the ball, shape (n_links + 1, 3)."""
+        links = self.plant.GetBodyIndices(self.plant.GetModelInstanceByName("string"))
+        return np.array(
+            [*(self.position(self.plant.get_body(link).name()) for link in links), self.position("ball")]
+        )
+
     def publish(self) -> None:
         """Show the scene as it is, in the Meshcat that it was made with."""
         self.diagram.ForcedPublish(self.context)

@@ -55,7 +55,8 @@ def draw_side_view(
     _draw_paths(axes, recording)
     _draw_balls(axes, recording, moments)
     _draw_landings(axes, recording, predicted_landing)
-    axes.set_aspect("equal")
+    # Not by the box: the layout knows it before the aspect does, and would cut off the legend below.
+    axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel("along the casting plane [m]")
     axes.set_ylabel("height above the floor [m]")
     axes.set_title("In the casting plane")
@@ -102,7 +103,18 @@ def _draw_balls(axes: Axes, recording: CastRecording, moments: Sequence[int]) ->
         ball = Circle(place, radius, facecolor=BALL_COLOR, edgecolor=INK, linewidth=0.6, zorder=6)
         axes.add_patch(ball)
         label = ", ".join(map(str, numbers))
-        axes.annotate(label, place, ha="center", va="center", fontsize=7, color="white", zorder=7)
+        # A ball that several moments share may be too small for their numbers.
+        room: Any = {"boxstyle": "round,pad=0.25", "facecolor": BALL_COLOR, "edgecolor": "none"}
+        axes.annotate(
+            label,
+            place,
+            ha="center",
+            va="center",
+            fontsize=7,
+            color="white",
+            zorder=7,
+            bbox=room if len(numbers) > 1 else None,
+        )
 
 
 def _draw_landings(axes: Axes, recording: CastRecording, predicted_landing: Array | None) -> None:

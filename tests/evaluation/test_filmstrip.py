@@ -179,6 +179,7 @@ def test_cast_that_breaks_down_in_its_turn_has_a_start_and_an_end(caught):
     assert choose_moments(broken)[-1] == 49
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("end", [0.2, 0.85, 1.0])
 def test_nothing_is_cut_off_however_far_the_ball_rolls(caught, end):
     p_WL = caught.p_WL.copy()

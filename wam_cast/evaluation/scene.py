@@ -148,7 +148,9 @@ class CastScene:
         self.set_state(0.0, np.concatenate([q, at_rest]))
         height = self.pose(self.plant.GetFrameByName("hook")).translation()[2]
         tilts = _tilts(self._scenario.string, height - self._scenario.ball.radius)
-        q[N_ARM + 1 :: 2] += np.diff(tilts, prepend=0.0)  # about each link's y axis, level as long as none is tilted
+        q[N_ARM + 1 :: 2] += np.diff(
+            tilts, prepend=0.0
+        )  # about each link's y axis, level as long as none is tilted
         self.set_state(0.0, np.concatenate([q, at_rest]))
 
     def pose(self, frame: Any) -> Any:

@@ -6,11 +6,13 @@ import re
 import socket
 import subprocess
 import sys
+from base64 import b64decode
 from io import BytesIO
 
 import matplotlib.image
 import matplotlib.pyplot as plt
 import pytest
+from IPython.core.formatters import DisplayFormatter
 from ipywidgets import IntSlider
 
 from wam_cast.evaluation import notebook, replay
@@ -37,9 +39,19 @@ def test_pictures_follow_their_sliders_and_are_closed():
     shown = explore(draw, width=width, height=height)
     width.value = 5
     assert drawn == [(3, 2), (5, 2)]
-    assert matplotlib.image.imread(BytesIO(shown.children[-1].value)).shape == (200, 500, 4)
-    assert shown.children[:2] == (width, height)
+    assert matplotlib.image.imread(BytesIO(shown.picture.value)).shape == (200, 500, 4)
+    assert shown.sliders == (width, height)
     assert plt.get_fignums() == []
+
+
+def test_sliders_without_a_kernel_leave_the_picture_as_they_last_made_it():
+    size = IntSlider(2)
+    shown = explore(lambda size: plt.figure(figsize=(size, size), dpi=100), size=size)
+    size.value = 3
+    bundle = DisplayFormatter().format(shown)[0]
+    assert "application/vnd.jupyter.widget-view+json" in bundle
+    picture = matplotlib.image.imread(BytesIO(b64decode(bundle["image/png"])))
+    assert picture.shape == (300, 300, 4)
 
 
 def test_viewer_says_where_it_is(capsys):

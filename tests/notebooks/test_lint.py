@@ -16,6 +16,9 @@ METADATA = {
     "language_info": {"name": "python"},
 }
 
+OF_THIS_MACHINE = {"tags": ["remove-output"]}
+"""The metadata of a cell that prints what is of no use to readers of the site, such as an address on the machine it runs on."""
+
 TEACHES_A_SYSTEM = "02_the_diagram"
 """The only notebook with a class: one LeafSystem."""
 
@@ -53,7 +56,7 @@ def is_introduced(cell):
 
 
 def complaints_about_cell(cell):
-    if cell["metadata"]:
+    if cell["metadata"] not in ({}, OF_THIS_MACHINE):
         yield "metadata"
     if len("".join(cell["source"]).split("\n")) > LONGEST_CELL:
         yield f"longer than {LONGEST_CELL} lines"
@@ -121,6 +124,7 @@ def stored(*cells, indent=1, **changes):
     "text",
     [
         stored(code("x = 1")),
+        stored(code("x = 1", metadata=OF_THIS_MACHINE)),
         stored(code("\n".join(["x = 1"] * 15))),
         stored(code("from pydrake.all import RigidTransform, Simulator")),
     ],
@@ -138,6 +142,7 @@ def test_lint_accepts(text):
         (stored(cells=[code("x")]), "does not begin with a title and, below it, what it teaches"),
         (stored(cells=[TITLE | {"source": ["# A title"]}]), "does not begin with a title and, below it, what it teaches"),
         (stored(code("x", metadata={"collapsed": False})), "cell 2: metadata"),
+        (stored(code("x", metadata={"tags": ["skip-execution"]})), "cell 2: metadata"),
         (stored(code("\n".join(["x = 1"] * 16))), "cell 2: longer than 15 lines"),
         (stored(TITLE | {"source": ["text\n"] * 15 + ["text"]}), "cell 2: longer than 15 lines"),
         (stored(code("x", outputs=[{"output_type": "stream"}])), "cell 2: outputs"),

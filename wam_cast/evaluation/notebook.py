@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+from base64 import b64encode
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from io import BytesIO
@@ -43,8 +44,22 @@ def embed(meshcat: Any, *, height: int = 480) -> EmbeddedPage:
     return EmbeddedPage(meshcat.StaticHtml(), height)
 
 
-def explore(draw: Callable[..., Figure], **sliders: Any) -> Any:
-    """Return widgets: the sliders and, below them, the picture that `draw` makes of their values, anew whenever one moves.
+@dataclass(frozen=True)
+class Explorable:
+    """Sliders above a picture that follows them, all `ipywidgets`; where there is no kernel to move them, the picture alone."""
+
+    sliders: tuple[Any, ...]
+    picture: Any
+
+    def _repr_mimebundle_(self, **_: Any) -> dict[str, Any]:
+        from ipywidgets import VBox
+
+        shown: dict[str, Any] = VBox([*self.sliders, self.picture])._repr_mimebundle_()
+        return shown | {"image/png": b64encode(self.picture.value).decode()}
+
+
+def explore(draw: Callable[..., Figure], **sliders: Any) -> Explorable:
+    """Return the sliders and, below them, the picture that `draw` makes of their values, anew whenever one moves.
 
     Parameters
     ----------
@@ -53,7 +68,7 @@ def explore(draw: Callable[..., Figure], **sliders: Any) -> Any:
     sliders
         Widgets with a value.
     """
-    from ipywidgets import Image, VBox  # the package works without
+    from ipywidgets import Image  # the package works without
 
     image = Image(format="png", layout={"align_self": "flex-start"})  # else as wide as the page
 
@@ -63,7 +78,7 @@ def explore(draw: Callable[..., Figure], **sliders: Any) -> Any:
     for slider in sliders.values():
         slider.observe(redraw, "value")
     redraw()
-    return VBox([*sliders.values(), image])
+    return Explorable(tuple(sliders.values()), image)
 
 
 def _picture(figure: Figure) -> bytes:

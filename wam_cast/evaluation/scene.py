@@ -22,9 +22,9 @@ from pydrake.systems.framework import DiagramBuilder
 
 from wam_cast.evaluation.recorded import CEILING_RADIUS, CEILING_THICKNESS, holds_ball
 from wam_cast.evaluation.style import PAPER
-from wam_cast.scenario import Cup, Scenario
+from wam_cast.scenario import Cup, Scenario, String
 from wam_cast.system.cup_mesh import cup_mesh
-from wam_cast.system.plant import fill_plant, hanging_positions
+from wam_cast.system.plant import N_ARM, fill_plant, hanging_positions
 from wam_cast.system.recording import CastRecording
 
 Array = NDArray[np.float64]
@@ -103,7 +103,7 @@ class CastScene:
         self.diagram: Any = builder.Build()
         self.context: Any = self.diagram.CreateDefaultContext()
         self._plant_context = self.plant.GetMyMutableContextFromRoot(self.context)
-        self._rim_height = scenario.cup.rim_height
+        self._scenario = scenario
         self.stand_cup(cup)
 
     def _add_ceiling(self, height: float) -> None:
@@ -127,7 +127,7 @@ class CastScene:
 
     def stand_cup(self, cup: tuple[float, float] | None, *, is_lit: bool = False) -> None:
         """Put the axis of the cup, or of the one that is lit, at world (x, y) [m], or hide it."""
-        p_WC = OUT_OF_SIGHT if cup is None else (*cup, self._rim_height)
+        p_WC = OUT_OF_SIGHT if cup is None else (*cup, self._scenario.cup.rim_height)
         for name, is_seen in (("cup_mount", not is_lit), ("lit_cup_mount", is_lit)):
             mount = self.plant.GetFrameByName(name)
             X_WMount = RigidTransform(p_WC if is_seen else OUT_OF_SIGHT)
@@ -139,9 +139,19 @@ class CastScene:
         self.plant.SetPositionsAndVelocities(self._plant_context, state)
 
     def set_posture(self, q_arm: Array) -> None:
-        """Put the arm at the joint angles `q_arm` [rad], shape (7,), all at rest and the ball hanging."""
+        """Put the arm at the joint angles `q_arm` [rad], shape (7,), all at rest and the ball hanging.
+
+        Below a hand that is too low for that, the ball lies on the floor, and so does what is left of the string.
+        """
+        at_rest = np.zeros(self.plant.num_velocities())
         q = hanging_positions(self.plant, q_arm)
-        self.set_state(0.0, np.concatenate([q, np.zeros(self.plant.num_velocities())]))
+        self.set_state(0.0, np.concatenate([q, at_rest]))
+        height = self.pose(self.plant.GetFrameByName("hook")).translation()[2]
+        tilts = _tilts(self._scenario.string, height - self._scenario.ball.radius)
+        q[N_ARM + 1 :: 2] += np.diff(
+            tilts, prepend=0.0
+        )  # about each link's y axis, level as long as none is tilted
+        self.set_state(0.0, np.concatenate([q, at_rest]))
 
     def pose(self, frame: Any) -> Any:
         """Return the pose of one of the plant's frames in the world, a `RigidTransform` [m]."""
@@ -183,3 +193,9 @@ class CastScene:
         world = self.scene_graph.world_frame_id()
         image = query.RenderColorImage(camera, world, RigidTransform())
         return np.array(image.data[:, :, :3])
+
+
+def _tilts(string: String, room: float) -> Array:
+    """Return the angles from the vertical [rad], shape (n_links,), of the links of a string that has `room` [m] to hang."""
+    link_length = string.length / string.n_links
+    return np.arccos(np.clip(room / link_length - np.arange(string.n_links), 0.0, 1.0))

@@ -21,9 +21,8 @@ HALF = clear_half_width(Scenario(), ANGLE, ALONG)
 def entry(axes):
     axes.figure.set_size_inches(3.6, 4.8)
     landings = np.array([0.001, -0.002]), np.array([0.0, 0.003])
-    draw_clear_entry(
-        axes, cup_radius=CUP, ball=SWEPT, clear=(ALONG, HALF), spread=(0.005, 0.002), landings=landings
-    )
+    expected = {"spread": (0.005, 0.002), "predicted": (-0.009, 0.001)}
+    draw_clear_entry(axes, cup_radius=CUP, ball=SWEPT, clear=(ALONG, HALF), **expected, landings=landings)
     return axes
 
 
@@ -39,6 +38,8 @@ def test_shapes_are_as_large_as_they_are(entry, line_of):
     assert (swept.width, swept.height) == pytest.approx((40 / math.cos(ANGLE), 40))
     spread = patch_of(entry, Ellipse, "2 standard deviations")
     assert (spread.width, spread.height) == pytest.approx((20, 8))
+    assert spread.center == pytest.approx((-9, 1))
+    assert swept.center == (0, 0)
     np.testing.assert_allclose(line_of(entry, "executed"), [[1, 0], [-2, 3]])
     assert entry.get_aspect() == 1
 

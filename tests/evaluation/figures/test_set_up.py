@@ -6,11 +6,14 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from wam_cast.evaluation.figures.set_up import draw_set_up, render_set_up
+from wam_cast.evaluation.figures.set_up import LEFT, draw_set_up, render_set_up
 from wam_cast.evaluation.style import figure_style
 from wam_cast.scenario import Scenario
 
 CUPS = {"ahead": (0.75, 0.0), "near and aside": (0.25, -0.2)}
+HIGH = Scenario.from_dict(
+    {"arm": {"mount_height": 1.496}, "motion": {"start_height": 0.95}, "string": {"length": 0.75}}
+)
 
 
 @pytest.fixture(scope="module", params=CUPS)
@@ -67,6 +70,22 @@ def test_names_can_be_read_and_do_not_overlap(drawn, view, assert_apart, assert_
     assert_reads_well(drawn.figure)
     assert {text.get_text() for text, _ in texts_of(drawn.figure)} == {*view.parts, *view.dimensions}
     np.testing.assert_array_equal(drawn.images[0].get_array(), view.image)
+
+
+@pytest.mark.parametrize("scenario", [Scenario(), HIGH], ids=["reference", "high"])
+def test_no_leader_comes_near_what_a_dimension_says_and_none_is_longer_than_its_line(scenario, texts_of):
+    view = render_set_up(scenario, (0.75, 0.0))
+    with figure_style():
+        axes = Figure(figsize=(10, 5.8)).subplots(1, 2)[0]
+        draw_set_up(axes, view)
+    boxes = {text.get_text(): box for text, box in texts_of(axes.figure)}
+    for text, ends in view.dimensions.items():
+        box = boxes[text]
+        for name, point in view.parts.items():
+            column, row = axes.transData.transform(point)
+            is_crossed = column > box.x0 if name in LEFT else column < box.x1
+            assert not (is_crossed and box.y0 - 10 < row < box.y1 + 10), f"{name} through {text}"
+        assert box.height < np.ptp(axes.transData.transform(ends), axis=0).max(), text
 
 
 def test_a_view_is_frozen(view):

@@ -31,6 +31,7 @@ def draw_clear_entry(
     ball: tuple[float, float],
     clear: tuple[Array, Array],
     spread: tuple[float, float],
+    predicted: tuple[float, float] = (0.0, 0.0),
     landings: tuple[Array, Array] | None = None,
 ) -> None:
     """Draw the cup's opening, what the ball sweeps of it, where it may land to enter clear, and where it is expected to.
@@ -47,6 +48,8 @@ def draw_clear_entry(
         Offsets along the plane, shape (n,), rising, and how far across it the ball may land there at the most, shape (n,) [m].
     spread
         Standard deviations of the landing along and across [m].
+    predicted
+        Offset of the predicted landing along and across [m], the middle of its spread.
     landings
         Executed landings, along and across [m], each of shape (m,); or none.
     """
@@ -62,7 +65,8 @@ def draw_clear_entry(
     swept = Ellipse((0, 0), 2 * ball[0] * MM, 2 * ball[1] * MM)
     swept.set(fill=False, edgecolor=MIDDLE, linestyle="--", linewidth=1.2, label="swept by the ball")
     axes.add_patch(swept)
-    deviations = Ellipse((0, 0), *(2 * N_DEVIATIONS * one * MM for one in spread))
+    middle = predicted[0] * MM, predicted[1] * MM
+    deviations = Ellipse(middle, *(2 * N_DEVIATIONS * one * MM for one in spread))
     deviations.set(fill=False, edgecolor=DARK, linewidth=1.2, label=f"{N_DEVIATIONS} standard deviations")
     axes.add_patch(deviations)
     if landings is not None:

@@ -25,6 +25,9 @@ Array = NDArray[np.float64]
 PICTURE_SIZE = (1000, 1240)
 """Width and height of the rendered picture [pixels]."""
 
+SHORT = 0.2
+"""Of an upright dimension line, by the picture's height: what it says is longer than the line."""
+
 TURN, ELEVATION = math.radians(8), math.radians(6)
 """Of the camera: see `view_rotation`."""
 
@@ -56,7 +59,7 @@ def render_set_up(scenario: Scenario, cup: tuple[float, float]) -> SetUpView:
     bearing = math.atan2(cup[1], cup[0])
     scene = CastScene(scenario, cup, renderers={"vtk": make_renderer(bearing)})
     scene.set_posture(starting_posture(make_arm_plant(scenario), scenario, bearing))
-    parts = _parts(scenario, math.hypot(*cup), bearing) | {"WAM arm": scene.position("link4")}
+    parts = _parts(scenario, math.hypot(*cup), bearing) | {"WAM arm": scene.position("link2")}
     dimensions = _dimensions(scenario, math.hypot(*cup), bearing)
     mount = parts["ceiling mount"]
     room = [_in_world(along, 0.0, bearing) for along in (-0.34, math.hypot(*cup) + 0.1)]
@@ -128,7 +131,7 @@ def draw_set_up(axes: Axes, view: SetUpView) -> None:
 
 
 def _draw_dimension(axes: Axes, text: str, ends: Array) -> None:
-    """Draw a line with a bar at each end, and what it says: along it at its left, or below it if it lies."""
+    """Draw a line with a bar at each end, and what it says: below it if it lies, else at its left, along it if it is long."""
     bars = {
         "arrowstyle": "|-|,widthA=0.25,widthB=0.25",
         "color": INK,
@@ -138,7 +141,13 @@ def _draw_dimension(axes: Axes, text: str, ends: Array) -> None:
     }
     axes.annotate("", tuple(ends[0]), tuple(ends[1]), arrowprops=bars)
     across, up = np.abs(ends[1] - ends[0])
-    upright: Any = {"xytext": (-2, 0), "ha": "right", "va": "center", "rotation": 90}
+    is_long = up > SHORT * PICTURE_SIZE[1]
+    upright: Any = {
+        "xytext": (-2 if is_long else -5, 0),
+        "ha": "right",
+        "va": "center",
+        "rotation": 90 * is_long,
+    }
     lying: Any = {"xytext": (0, -4), "ha": "center", "va": "top"}
     halo = [withStroke(linewidth=2.5, foreground="white")]
     where = lying if across > up else upright

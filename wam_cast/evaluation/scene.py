@@ -148,9 +148,8 @@ class CastScene:
         self.set_state(0.0, np.concatenate([q, at_rest]))
         height = self.pose(self.plant.GetFrameByName("hook")).translation()[2]
         tilts = _tilts(self._scenario.string, height - self._scenario.ball.radius)
-        q[N_ARM + 1 :: 2] += np.diff(
-            tilts, prepend=0.0
-        )  # about each link's y axis, level as long as none is tilted
+        # About each link's y axis, level as long as none is tilted.
+        q[N_ARM + 1 :: 2] += np.diff(tilts, prepend=0.0)
         self.set_state(0.0, np.concatenate([q, at_rest]))
 
     def pose(self, frame: Any) -> Any:
@@ -198,4 +197,4 @@ class CastScene:
 def _tilts(string: String, room: float) -> Array:
     """Return the angles from the vertical [rad], shape (n_links,), of the links of a string that has `room` [m] to hang."""
     link_length = string.length / string.n_links
-    return np.arccos(np.clip(room / link_length - np.arange(string.n_links), 0.0, 1.0))
+    return np.asarray(np.arccos(np.clip(room / link_length - np.arange(string.n_links), 0.0, 1.0)))

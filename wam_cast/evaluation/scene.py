@@ -191,4 +191,5 @@ class CastScene:
 def _tilts(string: String, room: float) -> Array:
     """Return the angles from the vertical [rad], shape (n_links,), of the links of a string that has `room` [m] to hang."""
     link_length = string.length / string.n_links
-    return np.arccos(np.clip(room / link_length - np.arange(string.n_links), 0.0, 1.0))
+    cosines: Array = np.clip(room / link_length - np.arange(string.n_links), 0.0, 1.0)
+    return np.arccos(cosines)

@@ -46,10 +46,9 @@ nb_execution_raise_on_error = True
 nb_execution_in_temp = True  # notebooks write files
 nb_execution_timeout = 300  # of a cell, on a slow machine [s]
 nb_merge_streams = True
-nb_ipywidgets_js = {}  # sliders are of no use without a kernel, and their scripts would come over the network:
-nb_mime_priority_overrides = [
-    ("html", "application/vnd.jupyter.widget-view+json", None)
-]  # their picture is shown
+# Sliders are of no use without a kernel, and their scripts would come over the network: their picture is shown.
+nb_ipywidgets_js = {}
+nb_mime_priority_overrides = [("html", "application/vnd.jupyter.widget-view+json", None)]
 copybutton_prompt_text = "$ "
 
 # ---------------------------------------------------------------- reference

@@ -181,6 +181,7 @@ def test_a_ball_that_misses_gives_1_and_its_numbers(cli):
     assert record["status"] in table.out
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("missed")
 def test_one_miss_among_several_gives_1(cli):
     assert cli("throw", "--cup", "0.75", "--cup", "0.5").code == 1
@@ -320,6 +321,7 @@ def test_an_animation_that_is_interrupted_leaves_what_was_there_and_tells_of_the
     assert (folder / "a.gif").read_text() == "before"
 
 
+@pytest.mark.slow
 def test_a_recorded_throw_is_the_same_throw(cli, monkeypatch):
     plain = json.loads(cli("throw", "--cup", "0.7", "--json").out)
     monkeypatch.setattr("wam_cast.evaluation.replay.write_replay", lambda *_: None)

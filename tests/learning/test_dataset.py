@@ -434,6 +434,7 @@ def test_rows_that_have_not_started_are_cancelled_when_the_caller_stops():
     assert len(started) < 10
 
 
+@pytest.mark.slow
 def test_a_script_without_a_main_guard_is_told_so(tmp_path):
     script = tmp_path / "script.py"
     script.write_text("import wam_cast as wc\nwc.generate_dataset(wc.Scenario(), 2, n_workers=1)\n")

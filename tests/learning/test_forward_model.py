@@ -453,6 +453,7 @@ def test_reference_model_is_of_the_reference_scenario_and_good_enough(reference_
     )
 
 
+@pytest.mark.slow
 def test_reference_model_is_the_fit_to_the_shipped_dataset(reference_data):
     fitted, shipped = ForwardModel.fit(reference_data), reference_model()
     # The search ends a little elsewhere on other machines, where the error is as small.

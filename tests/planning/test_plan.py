@@ -16,6 +16,11 @@ from wam_cast.system.outcome import to_casting_plane
 from wam_cast.system.simulate import simulate_cast
 
 BOTH = pytest.mark.parametrize("method", METHODS)
+# The same where casts are simulated, which takes its time.
+EACH = pytest.mark.parametrize(
+    "method",
+    [pytest.param(method, marks=[] if method == "program" else pytest.mark.slow) for method in METHODS],
+)
 
 CUPS = [
     (0.30, 0.0),
@@ -159,7 +164,7 @@ def caught(method, scenario):
     return [plan.cup for plan in plans if simulate_cast(scenario, plan.cast, plan.cup).is_caught]
 
 
-@BOTH
+@EACH
 def test_planned_casts_are_caught(method):
     assert caught(method, Scenario()) == CUPS
 
@@ -175,7 +180,7 @@ def test_the_papers_planner_may_lose_a_ball_to_a_lively_rim(lively_cup):
     assert len(caught("gradient", Scenario.from_dict({"cup": lively_cup}))) >= len(CUPS) - 1
 
 
-@BOTH
+@EACH
 def test_planned_casts_land_where_they_were_predicted(method):
     # Without a cup, whose rim may turn aside a ball that comes in at a slant.
     for cup in CUPS:

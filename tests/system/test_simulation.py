@@ -239,6 +239,7 @@ def test_hand_over_to_the_station_with_contact_changes_no_landing(simulator, fre
     assert grazed.miss == pytest.approx(0.02, abs=1e-4)
 
 
+@pytest.mark.slow
 def test_ball_that_never_comes_down_never_crosses():
     high = CastSimulator(scenario(motion={"drop_distance": 0.05}, string={"length": 0.5}))
     for cup in (None, (0.4, 0.0)):

@@ -43,6 +43,7 @@ def numbers(findings):
     return without_times(json.loads(json.dumps(content)))
 
 
+@pytest.mark.slow
 def test_same_seed_same_numbers_and_another_seed_others(finished, reproduce):
     again, other = (reproduce(name, seed=seed) for name, seed in (("again", 0), ("other", 2)))
     assert numbers(again) == numbers(finished[0])

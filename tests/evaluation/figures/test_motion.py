@@ -21,6 +21,7 @@ def draw(recording):
     return axes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["missed", "landed"])
 def test_motion_is_the_recorded_one(name, request, line_of, assert_reads_well, legend_of):
     recording = request.getfixturevalue(name)

@@ -2,6 +2,7 @@
 
 import math
 import shutil
+from concurrent.futures import Executor, Future
 from types import SimpleNamespace
 
 import numpy as np
@@ -14,6 +15,20 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
 SOFTWARE_GRAPHICS = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 """WebGL without a graphics card."""
+
+
+class InlineExecutor(Executor):
+    """Does the work at once: processes would take longer to start than a few casts."""
+
+    def submit(self, fn, /, *args):
+        future = Future()
+        future.set_result(fn(*args))
+        return future
+
+
+@pytest.fixture
+def inline_executor():
+    return InlineExecutor()
 
 
 @pytest.fixture(scope="session")

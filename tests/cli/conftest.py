@@ -3,7 +3,6 @@
 import os
 import subprocess
 import sys
-from concurrent.futures import Executor, Future
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,13 +21,6 @@ class Result:
     code: int
     out: str
     err: str
-
-
-class InlineExecutor(Executor):
-    def submit(self, fn, /, *args):
-        future = Future()
-        future.set_result(fn(*args))
-        return future
 
 
 @pytest.fixture(autouse=True)
@@ -88,7 +80,7 @@ def process(start):
 
 
 @pytest.fixture
-def no_physics(monkeypatch):
+def no_physics(monkeypatch, inline_executor):
     """Make datasets in this process and without physics: a cast lands where a closed form says; 60 of them train a model."""
 
     def row(scenario, seed, number):
@@ -100,7 +92,7 @@ def no_physics(monkeypatch):
         return values | parameters | landing | good | {"cast": number}
 
     def generate(*args, executor=None, n_workers=None, **options):
-        return dataset.generate_dataset(*args, executor=InlineExecutor(), **options)
+        return dataset.generate_dataset(*args, executor=inline_executor, **options)
 
     monkeypatch.setattr(dataset, "simulate_row", row)
     monkeypatch.setattr(wam_cast, "generate_dataset", generate, raising=False)

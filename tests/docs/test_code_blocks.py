@@ -10,7 +10,6 @@ import re
 import shlex
 import sys
 import tomllib
-from concurrent.futures import Executor, Future
 from pathlib import Path
 
 import pytest
@@ -102,15 +101,6 @@ def first_pages():
     return found
 
 
-class InlineExecutor(Executor):
-    """Does the work at once: processes would take longer to start than the few casts here."""
-
-    def submit(self, fn, /, *args):
-        future = Future()
-        future.set_result(fn(*args))
-        return future
-
-
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
     """Work in a new folder, whatever the terminal's width."""
@@ -120,12 +110,12 @@ def folder(tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def run(monkeypatch, capsys):
+def run(monkeypatch, capsys, inline_executor):
     """Return a function that runs a line of `wam-cast` in this process and returns its exit code and what it printed."""
     generate = wc.generate_dataset
 
     def generate_here(*args, executor=None, n_workers=None, **options):
-        return generate(*args, executor=InlineExecutor(), **options)
+        return generate(*args, executor=inline_executor, **options)
 
     monkeypatch.setattr(wc, "generate_dataset", generate_here)
     monkeypatch.setattr(models, "TRAINING_CASTS", TRAINING_CASTS)

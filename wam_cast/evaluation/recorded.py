@@ -46,12 +46,8 @@ def without_turn(recording: CastRecording) -> CastRecording:
 
 def without_aftermath(recording: CastRecording) -> CastRecording:
     """Return the recording up to when it was judged; nothing happens after it until the return."""
-    return _samples(recording, slice(verdict_sample(recording) + 1))
-
-
-def verdict_sample(recording: CastRecording) -> int:
-    """Return the last sample that `Outcome` was judged by."""
-    return int(np.searchsorted(recording.times, recording.outcome.end_time + 1e-9, side="right")) - 1
+    n = int(np.searchsorted(recording.times, recording.outcome.end_time + 1e-9, side="right"))
+    return _samples(recording, slice(n))
 
 
 def stage_before(recording: CastRecording, sample: int) -> Stage:
@@ -59,12 +55,13 @@ def stage_before(recording: CastRecording, sample: int) -> Stage:
     return Stage(recording.stages[max(sample - 1, 0)])
 
 
-def holds_ball(recording: CastRecording) -> NDArray[np.bool_]:
-    """Return, shape (n,), when the ball of a cast that was caught is in its cup; never if it was not."""
+def holds_ball(recording: CastRecording, samples: slice = slice(None)) -> NDArray[np.bool_]:
+    """Return for each of `samples` whether the ball of a cast that was caught is in its cup; never if it was not."""
+    p_WL = recording.p_WL[samples]
     if recording.cup is None or not recording.outcome.is_caught:
-        return np.zeros(len(recording.times), dtype=bool)
+        return np.zeros(len(p_WL), dtype=bool)
     shape = recording.scenario.cup
-    return is_inside(recording.p_WL - [*recording.cup, shape.rim_height], shape)
+    return is_inside(p_WL - [*recording.cup, shape.rim_height], shape)
 
 
 def cast_ends(casts: Sequence[CastRecording]) -> Array:

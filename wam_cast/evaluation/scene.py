@@ -161,7 +161,7 @@ class CastScene:
 
         `time` [s] is the scene's, of the sample without it.
         """
-        self.stand_cup(recording.cup, is_lit=bool(holds_ball(recording)[sample]))
+        self.stand_cup(recording.cup, is_lit=bool(holds_ball(recording, slice(sample, sample + 1))[0]))
         self.set_state(recording.times[sample] if time is None else time, recording.states[sample])
 
     def position(self, body: str) -> Array:

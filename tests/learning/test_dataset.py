@@ -16,11 +16,12 @@ from scipy.stats import kstest
 
 from wam_cast.cast import PARAMETERS, Cast, is_allowed
 from wam_cast.errors import InputError
-from wam_cast.learning import dataset, storage
+from wam_cast.learning import dataset
 from wam_cast.learning.dataset import CastDataset, generate_dataset
 from wam_cast.learning.sampling import row_noise_seed, sample_cast, sample_casts
 from wam_cast.parallel.workers import run_rows
 from wam_cast.scenario import Noise, Scenario
+from wam_cast.storage import dataset_directory as storage
 
 SCENARIO = Scenario()
 ROOT = Path(__file__).parents[2]

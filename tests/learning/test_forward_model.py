@@ -14,12 +14,15 @@ from scipy.stats import norm
 from wam_cast.cast import PARAMETERS, cast_bounds
 from wam_cast.errors import InputError
 from wam_cast.learning.dataset import CastDataset, simulate_row
-from wam_cast.learning.forward_model import ForwardModel, reference_dataset, reference_model
+from wam_cast.learning.forward_model import ForwardModel
+from wam_cast.learning.hyperparameters import tune_by_lbfgs
 from wam_cast.learning.kernel_ridge import KernelRidge
-from wam_cast.learning.leave_one_out import tune_by_leave_one_out
-from wam_cast.learning.parts import OUTPUTS, Parts, split_casts
+from wam_cast.learning.losses import LeaveOneOutLoss
+from wam_cast.learning.parts import Parts, split_casts
+from wam_cast.learning.reference import reference_dataset, reference_model
 from wam_cast.learning.sampling import sample_casts
 from wam_cast.parallel.threads import one_thread
+from wam_cast.planning.prediction import OUTPUTS
 from wam_cast.scenario import Ball, Cup, Noise, Scenario
 
 SCENARIO = Scenario()
@@ -147,12 +150,12 @@ def test_noise_in_the_landings_gives_a_large_regularization(data, model):
 
 def test_a_tuned_result_makes_the_model_without_opening_the_test_casts(data, model, monkeypatch):
     train, *_ = data.split()
-    tuned = tune_by_leave_one_out(
+    loss = LeaveOneOutLoss(
         data.frame.loc[train, list(PARAMETERS)],
         data.frame.loc[train, "landing_along"],
-        sigma0=[0.5] * 3,
         input_bounds=cast_bounds(SCENARIO),
     )
+    tuned = tune_by_lbfgs(loss, sigma0=[0.5] * 3)
     monkeypatch.setattr(Parts, "open_test", None)  # not to be called
     other = ForwardModel.from_hyperparameters(data, tuned.sigma, tuned.regularization)
     np.testing.assert_array_equal(predictions(other), predictions(model))

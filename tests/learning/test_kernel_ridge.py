@@ -109,16 +109,24 @@ def test_gradient_equals_central_differences(X, X_query, sigma, center_targets, 
 @pytest.mark.parametrize("n_outputs", [None, 1, 2, 3])
 @pytest.mark.parametrize("center_targets", [True, False])
 @pytest.mark.parametrize("sigma", [0.5, ARD])
-def test_prediction_beside_the_gradient_is_that_of_predict(X, X_query, sigma, center_targets, n_outputs):
+def test_expansion_is_the_prediction_with_its_gradient(X, X_query, sigma, center_targets, n_outputs):
     model = KernelRidge(sigma=sigma, regularization=1e-4, center_targets=center_targets)
     model.fit(X, smooth_targets(X, n_outputs))
+    Z, Z_query = (A / model.length_scale_ for A in (X, X_query))
+    K, offsets = np.exp(-cdist(Z_query, Z, "sqeuclidean")), Z_query[:, np.newaxis] - Z
+    gradient = -2 * np.einsum("qn,n...,qni->q...i", K, model.dual_coef_, offsets) / model.length_scale_
+    for found, expected in zip(model.expand(X_query), (model.predict(X_query), gradient), strict=True):
+        assert found.shape == expected.shape
+        scale = np.abs(expected).reshape(len(X_query), -1).max()
+        np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-11 * scale)
+
+
+@pytest.mark.parametrize("n_outputs", [None, 1, 2])
+def test_prediction_beside_the_gradient_is_that_of_predict(X, X_query, n_outputs):
+    model = KernelRidge(regularization=1e-3).fit(X, smooth_targets(X, n_outputs))
     prediction, _ = model.expand(X_query)
-    expected = model.predict(X_query)
-    assert prediction.shape == expected.shape
-    np.testing.assert_allclose(prediction, expected, rtol=1e-9, atol=1e-11 * np.abs(expected).max())
-    # At less regularization, where the coefficients are smaller, to more digits.
-    model.set_params(regularization=1e-3).fit(X, smooth_targets(X, n_outputs))
-    np.testing.assert_allclose(model.expand(X_query)[0], model.predict(X_query), rtol=1e-12)
+    np.testing.assert_allclose(prediction, model.predict(X_query), rtol=1e-12)
+    assert prediction.shape == model.predict(X_query).shape
 
 
 @pytest.mark.parametrize("lam", [1e-4, 1e-1])

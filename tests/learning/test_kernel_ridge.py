@@ -200,7 +200,7 @@ def test_std_is_as_large_as_the_errors():
     assert np.sqrt(np.mean(standardized**2)) == pytest.approx(1.0, abs=0.1)
 
 
-def test_std_grows_from_the_noise_to_the_spread_away_from_the_training_rows(X):
+def test_std_grows_from_the_noise_to_the_signal_away_from_the_training_rows(X):
     lam = 1e-4
     model = KernelRidge(sigma=0.5, regularization=lam, input_bounds=(LOWER, UPPER)).fit(X, smooth_targets(X))
     at_row, nowhere = model.predict_std(np.vstack([X[:1], UPPER + 100 * (UPPER - LOWER)]))

@@ -48,7 +48,7 @@ class Loss(ABC):
     n_features
         Number of inputs.
     mean_squared_target
-        Of the centred targets that are predicted: the error of the training mean as prediction.
+        The error far from all training data, where the prediction is the training mean, or 0 without centring.
     """
 
     mean_squared_target: float

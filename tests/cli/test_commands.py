@@ -181,9 +181,22 @@ def test_a_ball_that_misses_gives_1_and_its_numbers(cli):
     assert record["status"] in table.out
 
 
+@pytest.mark.parametrize("n_missed", [0, 1, 2])
+def test_only_if_every_ball_is_caught_the_answer_is_yes(cli, monkeypatch, n_missed):
+    def simulate(scenario, casts, cups, *, on_outcome, **options):
+        (caught,) = simulate_casts(scenario, casts[:1], cups[:1], **options)
+        for missed in (n_missed == 2, n_missed >= 1):
+            on_outcome(replace(caught, status=Status.LONG) if missed else caught)
+
+    monkeypatch.setattr(wc, "simulate_casts", simulate, raising=False)
+    result = cli("throw", "--cup", "0.75", "--cup", "0.5", "--json")
+    assert [record["is_caught"] for record in json.loads(result.out)].count(False) == n_missed
+    assert result.code == (1 if n_missed else 0)
+
+
 @pytest.mark.slow
 @pytest.mark.usefixtures("missed")
-def test_one_miss_among_several_gives_1(cli):
+def test_two_misses_in_a_real_sequence_give_1(cli):
     assert cli("throw", "--cup", "0.75", "--cup", "0.5").code == 1
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import wam_cast as wc
-from wam_cast.cli import models
+from wam_cast.cli import long_work, model_choice
 from wam_cast.learning.forward_model import reference_model
 from wam_cast.planning.plan import SOLVERS
 from wam_cast.scenario import Noise
@@ -263,7 +263,7 @@ def test_a_cup_that_differs_in_its_contact_needs_no_model_of_its_own(cli, folder
 def noisy(monkeypatch):
     """Return a noisy scenario that `throw` takes, and spare the casts that would train its own model."""
     scenario = wc.Scenario(noise=Noise(distance=0.003, swing=0.005))
-    monkeypatch.setattr(models, "scenario_and_model", lambda *_: (scenario, reference_model()))
+    monkeypatch.setattr(model_choice, "scenario_and_model", lambda *_: (scenario, reference_model()))
     return scenario
 
 
@@ -377,7 +377,7 @@ def test_tables_of_generate_and_fit(cli):
     for part in (
         "training",
         "45",
-        "sigma",
+        "ARD length scales",
         "lambda",
         "leave-one-out RMSE [mm]",
         "test RMSE [mm]",
@@ -412,7 +412,7 @@ def test_train_makes_the_model_that_later_runs_use(cli, folder, monkeypatch):
     stem = f"heavy-{wc.Scenario.from_yaml('heavy.yaml').fingerprint[:8]}"
     assert f"{stem}.model" in names(folder)
     assert f"{stem}.casts/manifest.json" in names(folder)
-    monkeypatch.setattr(models, "generate", None)  # not to be called
+    monkeypatch.setattr(long_work, "generate", None)  # not to be called
     assert cli(*words).out == first.out
     assert cli(*words, "--train").out == first.out
     # Another value is another scenario, which has no model yet.

@@ -507,7 +507,7 @@ def test_noise_leaves_the_drawn_casts_alone_and_does_not_depend_on_who_draws_it(
     assert CastDataset.load(tmp_path).scenario == noisy
 
 
-def test_each_row_of_each_seed_has_a_noise_seed_of_its_own_for_ever():
+def test_each_row_of_each_seed_always_has_a_noise_seed_of_its_own():
     seeds = [row_noise_seed(seed, row) for seed in (0, 1, 2**32) for row in range(1000)]
     assert len(set(seeds)) == 3000
     assert min(seeds) >= 0

@@ -19,7 +19,6 @@ from wam_cast.errors import InputError
 from wam_cast.learning import dataset
 from wam_cast.learning.dataset import CastDataset, generate_dataset
 from wam_cast.learning.sampling import row_noise_seed, sample_cast, sample_casts
-from wam_cast.parallel.workers import run_rows
 from wam_cast.scenario import Noise, Scenario
 from wam_cast.storage import dataset_directory as storage
 
@@ -395,17 +394,6 @@ def test_what_is_no_dataset_is_refused(tmp_path, manifest):
 # --- workers
 
 
-def test_only_the_row_that_brings_down_its_process_is_lost(helper):
-    assert list(run_rows(helper.square, range(13), n_workers=2)) == [
-        None if row in (3, 11) else row * row for row in range(13)
-    ]
-
-
-def test_an_exception_of_the_function_is_raised(helper):
-    with pytest.raises(ZeroDivisionError, match="row 100"):
-        list(run_rows(helper.square, [0, 1, 100, 2], n_workers=1))
-
-
 def test_a_cast_that_brings_down_its_process_becomes_a_diverged_row(helper, monkeypatch):
     monkeypatch.setattr(dataset, "simulate_row", helper.row_or_death)
     frame = generate(3, executor=None, n_workers=1).frame
@@ -414,28 +402,6 @@ def test_a_cast_that_brings_down_its_process_becomes_a_diverged_row(helper, monk
     assert tuple(frame.loc[1, list(PARAMETERS)]) == (cast.distance, cast.speed, cast.wait)
     assert math.isnan(frame.loc[1, "landing_along"])
     assert not frame.loc[1, "is_slack"]
-
-
-def test_rows_at_hand_are_dropped_when_the_caller_stops(helper):
-    results = run_rows(helper.sleep, [0, 60, 60, 60], n_workers=2)
-    next(results)
-    start = time.perf_counter()
-    results.close()
-    assert time.perf_counter() - start < 5
-
-
-def test_rows_that_have_not_started_are_cancelled_when_the_caller_stops():
-    started = []
-
-    def slow(row):
-        started.append(row)
-        time.sleep(0.02)
-
-    with ThreadPoolExecutor(1) as executor:
-        results = run_rows(slow, range(500), executor)
-        next(results)
-        results.close()
-    assert len(started) < 10
 
 
 @pytest.mark.slow

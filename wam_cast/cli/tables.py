@@ -53,7 +53,7 @@ def print_throws(executed: Sequence[tuple[Plan, Outcome]]) -> None:
 
 def print_plans(plans: Sequence[Plan]) -> None:
     """Print a row for each cup."""
-    headings = (
+    table = _table(
         "cup\n[m]",
         "distance\n[m]",
         "speed\n[m/s]",
@@ -62,7 +62,6 @@ def print_plans(plans: Sequence[Plan]) -> None:
         "predicted\nmiss [mm]",
         "clear\n[%]",
     )
-    table = _table(*headings)
     for plan in plans:
         cast = plan.cast
         table.add_row(
@@ -75,7 +74,8 @@ def print_plans(plans: Sequence[Plan]) -> None:
             f"{100 * plan.clear_entry_probability:.0f}",
         )
     out.print(table)
-    out.print("in brackets: predictive standard deviation; clear: rim-clear entry")
+    out.print("in brackets: predictive standard deviation")
+    out.print("clear: probability of a rim-clear entry (without touching the rim)")
     for plan in plans:
         if "against" in plan.reason:
             out.print(f"cup {_position(plan.cup)}: {plan.reason}")
@@ -165,7 +165,9 @@ def print_map(floor: FloorMap, picture: Path) -> None:
     out.print(
         "cup: its distance from the base axis; along: outward from its axis, lateral: to the left of it;"
     )
-    out.print("in brackets: standard deviation; clear: probability of a rim-clear entry")
+    out.print(
+        "in brackets: standard deviation; clear: probability of a rim-clear entry (without touching the rim)"
+    )
     for ring in floor.rings:
         if not ring.is_feasible:
             out.print(f"cup {ring.radius:.3f}: no cast is predicted to land in it")

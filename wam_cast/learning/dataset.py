@@ -158,8 +158,8 @@ def generate_dataset(
     Raises
     ------
     InputError
-        If a number is no integer or out of range, the directory holds something else or cannot be written, or the scenario cannot be
-        simulated.
+        If a number is no integer or out of range, the directory holds something else or cannot be written, or the scenario cannot
+        be simulated.
     KeyboardInterrupt
         As always; finished parts stay.
     """

@@ -167,11 +167,9 @@ class DatasetDirectory(WorkDirectory):
 
     def _prepare(self, manifest: Manifest, scenario: Scenario) -> None:
         self._make_folders(self.path)
-        with self._writing(self._manifest_path) as temporary:
-            temporary.write_text(manifest.model_dump_json(indent=2) + "\n", encoding="utf-8")
+        self._write(self._manifest_path, manifest.model_dump_json(indent=2) + "\n")
         if not self.scenario_path.exists():
-            with self._writing(self.scenario_path) as temporary:
-                temporary.write_text(scenario.to_yaml(), encoding="utf-8")
+            self._write(self.scenario_path, scenario.to_yaml())
         self._make_folders(self._casts_path)
         with self._errors_of_writing():
             for folder in (self.path, self._casts_path):

@@ -76,7 +76,7 @@ class RunDirectory(WorkDirectory):
                 pass  # cut off: computed again
         with self.timed(name):
             result = compute()
-        self._write(path, adapter.dump_json(result))
+        self._write(path, adapter.dump_json(result).decode())
         return result
 
     @contextmanager
@@ -88,7 +88,7 @@ class RunDirectory(WorkDirectory):
         finally:
             seconds = self.wall_seconds()
             seconds[name] = seconds.get(name, 0.0) + time.perf_counter() - started
-            self._write(self._wall, json.dumps(seconds, indent=1).encode())
+            self._write(self._wall, json.dumps(seconds, indent=1))
 
     def wall_seconds(self) -> dict[str, float]:
         """Return how long each phase took [s], all attempts together but for those that were killed."""
@@ -103,13 +103,9 @@ class RunDirectory(WorkDirectory):
             self._check_same(_read_object(path), json.loads(text))
         else:
             self._make_folders(self.path)
-            self._write(path, f"{text}\n".encode())
-        self._write(self.path / "scenario.yaml", scenario.to_yaml().encode())
+            self._write(path, f"{text}\n")
+        self._write(self.path / "scenario.yaml", scenario.to_yaml())
         self._make_folders(self._phases, self.figures)
-
-    def _write(self, path: Path, content: bytes) -> None:
-        with self._writing(path) as temporary:
-            temporary.write_bytes(content)
 
 
 def _read_object(path: Path) -> dict[str, object]:

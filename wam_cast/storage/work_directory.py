@@ -74,6 +74,11 @@ class WorkDirectory:
             for folder in folders:
                 folder.mkdir(parents=True, exist_ok=True)
 
+    def _write(self, path: Path, text: str) -> None:
+        """Write a file. Raises `InputError` if the system refuses."""
+        with self._writing(path) as temporary:
+            temporary.write_bytes(text.encode())
+
     @contextmanager
     def _writing(self, path: Path) -> Iterator[Path]:
         """Do as `replacing` does. Raises `InputError` if the system refuses."""

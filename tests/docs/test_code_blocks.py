@@ -17,7 +17,7 @@ import typer
 from markdown_it import MarkdownIt
 
 import wam_cast as wc
-from wam_cast.cli import main, models
+from wam_cast.cli import main, model_choice
 from wam_cast.cli.commands import app
 
 ROOT = Path(__file__).parents[2]
@@ -118,7 +118,7 @@ def run(monkeypatch, capsys, inline_executor):
         return generate(*args, executor=inline_executor, **options)
 
     monkeypatch.setattr(wc, "generate_dataset", generate_here)
-    monkeypatch.setattr(models, "TRAINING_CASTS", TRAINING_CASTS)
+    monkeypatch.setattr(model_choice, "TRAINING_CASTS", TRAINING_CASTS)
 
     def call(line):
         capsys.readouterr()

@@ -116,7 +116,7 @@ def test_streams_share_no_numbers():
 @pytest.mark.parametrize("seed", [-1, 0.5, "one", None])
 def test_seed_that_is_no_whole_number_is_refused(simulator, seed):
     for run in (simulator.simulate, simulator.record, lambda *a, **k: simulate_cast(Scenario(), *a, **k)):
-        with pytest.raises(InputError, match=r"^noise_seed = .* must be a whole number, 0 or more$"):
+        with pytest.raises(InputError, match=r"^noise_seed = .* must be an integer, 0 or more$"):
             run(CAST, noise_seed=seed)
 
 

@@ -9,7 +9,6 @@ from pydrake.autodiffutils import ExtractGradient, ExtractValue, InitializeAutoD
 from wam_cast.cast import cast_bounds, is_allowed
 from wam_cast.errors import InputError
 from wam_cast.planning.landing_distribution import N_SCATTER_CASTS, repeatability
-from wam_cast.planning.plan import SOLVERS
 from wam_cast.planning.program import (
     BOUNDS_DEVIATIONS,
     LANDING_UNIT,
@@ -21,6 +20,7 @@ from wam_cast.planning.program import (
     build_program,
     plan_by_program,
 )
+from wam_cast.planning.solution import SOLVERS
 from wam_cast.scenario import Noise, Scenario
 
 LOWER, UPPER = cast_bounds(Scenario())

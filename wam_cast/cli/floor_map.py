@@ -11,7 +11,8 @@ from wam_cast.storage.atomic import check_writable
 if TYPE_CHECKING:
     from wam_cast.experiments.floor_map import FloorMap, MapSize
     from wam_cast.learning.forward_model import ForwardModel
-    from wam_cast.planning.plan import Method, Solver
+    from wam_cast.planning.plan import Method
+    from wam_cast.planning.solution import Solver
 
 
 def check_picture(path: Path) -> None:

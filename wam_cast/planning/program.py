@@ -19,7 +19,6 @@ from scipy.special import expit
 from wam_cast.cast import PARAMETERS, cast_bounds, nearest_allowed
 from wam_cast.errors import InputError
 from wam_cast.planning.landing_distribution import N_SCATTER_CASTS, STEEP, repeatability, scatter_of_move
-from wam_cast.planning.plan import Solution, Solver
 from wam_cast.planning.prediction import (
     ALONG,
     ENTRY_ANGLE,
@@ -29,6 +28,7 @@ from wam_cast.planning.prediction import (
     Expansion,
     Predictor,
 )
+from wam_cast.planning.solution import Solution, Solver
 from wam_cast.types import Array
 
 Term = Literal["model error", "repeatability", "entry angle", "slack", "limits"]

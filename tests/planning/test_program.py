@@ -10,11 +10,11 @@ from wam_cast.cast import cast_bounds, is_allowed
 from wam_cast.errors import InputError
 from wam_cast.planning.landing_distribution import N_SCATTER_CASTS, repeatability
 from wam_cast.planning.program import (
-    BOUNDS_DEVIATIONS,
     LANDING_UNIT,
-    LARGEST_MARGIN,
-    LARGEST_SHARE,
-    LEAST_SLACK,
+    MARGIN_DEVIATIONS,
+    MAX_MARGIN,
+    MAX_UTILIZATION,
+    MIN_SLACK,
     N_STARTS,
     TERMS,
     build_program,
@@ -151,7 +151,7 @@ def test_the_string_stays_slack(make_model):
     # Steep would be short of slack: the slack's limit decides, at 6 mm of a string of 0.6 m.
     model = make_model(along=(0.4, 0, 0.2, 0.2), angle=(0, 1, 0, 0), slack=(0.0, 0.02, 0, 0))
     assert scaled(plan_by_program(model, 0.6).parameters)[0] == pytest.approx(
-        LEAST_SLACK * 0.6 / 0.02, abs=1e-3
+        MIN_SLACK * 0.6 / 0.02, abs=1e-3
     )
     assert scaled(plan_by_program(model, 0.6, without=("slack",)).parameters)[0] < 0.05
 
@@ -160,7 +160,7 @@ def test_the_string_stays_slack(make_model):
 def test_the_arm_keeps_a_margin_to_its_limits(make_model, limit):
     model = make_model(along=(0.4, 0, 0.2, 0.2), angle=(0.5, -0.5, 0, 0), **{limit: (0.7, 0.5, 0, 0)})
     assert scaled(plan_by_program(model, 0.6).parameters)[0] == pytest.approx(
-        (LARGEST_SHARE - 0.7) / 0.5, abs=1e-3
+        (MAX_UTILIZATION - 0.7) / 0.5, abs=1e-3
     )
     assert scaled(plan_by_program(model, 0.6, without=("limits",)).parameters)[0] > 0.9
 
@@ -207,7 +207,7 @@ def test_bounds_that_scaling_misses_by_rounding_hold_all_the_same(make_model):
 def test_what_noise_makes_of_a_cast_stays_where_the_model_has_seen_casts(make_model, scenario):
     noise = repeatability(scenario)
     deviations = np.array([noise.distance, noise.speed, noise.wait]) / (UPPER - LOWER)
-    margin = np.minimum(BOUNDS_DEVIATIONS * deviations, LARGEST_MARGIN)
+    margin = np.minimum(MARGIN_DEVIATIONS * deviations, MAX_MARGIN)
     model = make_model(along=(0.4, 0.2, 0.2, 0.2), scenario=scenario)
     for radius, corner in ((0.2, margin), (1.2, 1 - margin)):
         np.testing.assert_allclose(scaled(plan_by_program(model, radius).parameters), corner, atol=1e-6)
@@ -375,7 +375,7 @@ def test_evaluations_are_counted_and_shared_by_cost_and_constraints(curved_model
     evaluator.outputs(at)
     evaluator.outputs(at)
     assert evaluator.n_evaluations == 1
-    evaluator.log_spread(at)
+    evaluator.cost(at)
     assert evaluator.n_evaluations == 1 + N_SCATTER_CASTS
     evaluator.outputs(at + 1e-9)
     assert evaluator.n_evaluations == 2 + N_SCATTER_CASTS
@@ -411,9 +411,9 @@ def test_the_program_reads_as_what_it_is(curved_model):
         "move duration",
         "landing in the cup's middle",
         "slack of the string",
-        "motors' torque",
-        "joints' speed",
-        "spread by clear offset, logarithm",
+        "torque utilization",
+        "velocity utilization",
+        "standard deviation by clearance, logarithm",
     ):
         assert part in text
     assert all(f"{name}(0)" in text for name in ("distance", "speed", "wait"))

@@ -1,6 +1,7 @@
 """Prediction: what a plan says of its cast, said of any cast and cup."""
 
 import math
+from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -34,6 +35,31 @@ def test_of_a_plans_cast_and_cup_it_says_what_the_plan_does(model, plan):
     assert prediction.clear_entry_probability == pytest.approx(plan.clear_entry_probability, abs=1e-6)
     assert prediction.peak_load == pytest.approx(plan.predicted_peak_load)
     assert prediction.peak_speed == pytest.approx(plan.predicted_peak_speed)
+
+
+def test_the_cast_that_is_aimed_at_a_cup_is_the_plans_and_so_is_all_that_is_said_of_it(model, plan):
+    prediction = Prediction.aimed(model, plan.cast.to_array(), plan.cup)
+    assert prediction.cast == plan.cast
+    assert prediction.clear_entry_probability == plan.clear_entry_probability
+    for field in fields(prediction):
+        if field.name not in ("cast", "clear_entry_probability"):
+            said = getattr(plan, f"predicted_{field.name}")
+            np.testing.assert_array_equal(getattr(prediction, field.name), said)
+
+
+@pytest.mark.parametrize("cup", [(0.3, -0.6), (-0.4, 0.5), (0.0, 0.7)])
+def test_a_cast_that_is_aimed_lands_on_the_line_from_the_base_axis_to_the_cup(model, cup):
+    for parameters in model.known_casts[:5]:
+        prediction = Prediction.aimed(model, parameters, cup)
+        np.testing.assert_array_equal(prediction.cast.to_array(), parameters)
+        landing = prediction.landing
+        assert math.atan2(landing[1], landing[0]) == pytest.approx(math.atan2(cup[1], cup[0]), abs=1e-12)
+        assert prediction.miss == pytest.approx(abs(math.hypot(*landing) - math.hypot(*cup)))
+        # The same of the same cast, asked without aiming: only how the offset is computed differs.
+        again = Prediction.of(model, prediction.cast, cup)
+        np.testing.assert_array_equal(again.landing, landing)
+        assert (again.miss, again.spread) == (prediction.miss, prediction.spread)
+        assert again.clear_entry_probability == pytest.approx(prediction.clear_entry_probability, abs=1e-6)
 
 
 def test_noise_of_the_scenario_widens_the_spread_and_lowers_the_chance(model, plan):

@@ -89,7 +89,7 @@ def test_what_is_no_position_is_refused(make_model, cup):
 
 
 @pytest.mark.parametrize("method", ["", "Program", "newton", None])
-def test_an_unknown_planner_is_refused_with_the_known_ones(make_model, method):
+def test_an_unknown_planner_is_refused_with_the_valid_names(make_model, method):
     line = refused(make_model(), (0.7, 0.0), method)
     assert repr(method) in line
     assert "program or gradient, or give a function" in line

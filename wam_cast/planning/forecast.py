@@ -86,20 +86,20 @@ class Prediction:
         cls, model: Predictor, cast: Cast, cup: Position, outputs: list[float], offset: tuple[float, float]
     ) -> Prediction:
         """Return what the model's `outputs` for `cast` mean for a cup from which the ball lands by `offset` [m]."""
-        spread = landing_spread(model, cast.to_array(), model.scenario.noise)
+        std = landing_spread(model, cast.to_array(), model.scenario.noise)
         landing = from_casting_plane(outputs[ALONG], outputs[ACROSS], cast.bearing)
         return cls(
             cast=cast,
             landing=landing,
             miss=float(np.linalg.norm(landing - cup)),
-            spread=spread,
+            spread=std,
             entry_angle=outputs[ENTRY_ANGLE],
             entry_speed=outputs[ENTRY_SPEED],
             slack=outputs[SLACK],
             peak_load=outputs[PEAK_LOAD],
             peak_speed=outputs[PEAK_SPEED],
             clear_entry_probability=clear_entry_probability(
-                model.scenario, outputs[ENTRY_ANGLE], offset, spread
+                model.scenario, outputs[ENTRY_ANGLE], offset, std
             ),
         )
 

@@ -112,7 +112,7 @@ def landing_spread(model: Predictor, parameters: Array, noise: Noise) -> Spread:
 
 
 def clear_entry_probability(
-    scenario: Scenario, entry_angle: float, offset: tuple[float, float], spread: Spread
+    scenario: Scenario, entry_angle: float, offset: tuple[float, float], std: Spread
 ) -> float:
     """Return the probability of a rim-clear entry: the ball enters the cup without touching its rim.
 
@@ -124,7 +124,7 @@ def clear_entry_probability(
         From the vertical [rad].
     offset
         Of the expected landing from the cup's axis, along and across the casting plane [m].
-    spread
+    std
         Standard deviations of the landing about it, normal and independent along and across [m].
     """
     along = clear_offset(scenario, entry_angle)
@@ -133,13 +133,13 @@ def clear_entry_probability(
     tiny = np.finfo(np.float64).tiny
     # In standard deviations along: where these are small, the nodes must be where the landings are.
     low, high = (
-        min(max((end - offset[0]) / (spread.along + tiny), -MAX_DEVIATIONS), MAX_DEVIATIONS)
+        min(max((end - offset[0]) / (std.along + tiny), -MAX_DEVIATIONS), MAX_DEVIATIONS)
         for end in (-along, along)
     )
     nodes, weights = np.polynomial.legendre.leggauss(N_QUADRATURE_NODES)
     deviations = (low + high) / 2 + (high - low) / 2 * nodes
-    half = clear_half_width(scenario, entry_angle, offset[0] + deviations * spread.along)
-    across = spread.across + tiny
+    half = clear_half_width(scenario, entry_angle, offset[0] + deviations * std.along)
+    across = std.across + tiny
     inside = np.maximum(ndtr((half - offset[1]) / across) - ndtr((-half - offset[1]) / across), 0.0)
     density = np.exp(-0.5 * deviations**2) / math.sqrt(2 * math.pi)
     return float(min(1.0, (high - low) / 2 * np.sum(weights * density * inside)))

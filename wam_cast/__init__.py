@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from wam_cast.learning.reference import reference_model as reference_model
     from wam_cast.planning.plan import Plan as Plan
     from wam_cast.planning.plan import plan_cast as plan_cast
+    from wam_cast.planning.solution import Solution as Solution
     from wam_cast.robot.controller import CastController as CastController
     from wam_cast.robot.station import CastStation as CastStation
     from wam_cast.scenario import Noise as Noise
@@ -48,6 +49,7 @@ _HOME = {
     "Outcome": "simulation.outcome",
     "Plan": "planning.plan",
     "Scenario": "scenario",
+    "Solution": "planning.solution",
     "Status": "simulation.outcome",
     "Throw": "simulation.recording",
     "generate_dataset": "learning.dataset",

@@ -12,7 +12,7 @@ import pytest
 import wam_cast as wc
 from wam_cast.cli import long_work, model_choice
 from wam_cast.learning.reference import reference_model
-from wam_cast.planning.plan import SOLVERS
+from wam_cast.planning.solution import SOLVERS
 from wam_cast.scenario import Noise
 from wam_cast.simulation.outcome import Status
 from wam_cast.simulation.simulate import simulate_casts

@@ -55,8 +55,8 @@ CHECKS = {
         "set(trials['status']) == {'caught'}",
         "trials[trials['planner'] == 'program']['executed'].abs().max() < 0.002",
         "trials[trials['planner'] == 'gradient']['executed'].abs().max() < 0.012",
-        "noisy_plans['program'].clear_entry_probability > max(0.8, 1.5 * np.median(chances))",
-        "sum(map(enters_clear, outcomes['program'])) > sum(map(enters_clear, outcomes['gradient']))",
+        "noisy_plans['program'].clear_entry_probability > max(0.8, 1.5 * np.median(probabilities))",
+        "sum(map(enters_rim_clear, outcomes['program'])) > sum(map(enters_rim_clear, outcomes['gradient']))",
         "all(outcome.is_caught for outcome in thrown)",
     ],
     "06_your_own_scenario": [

@@ -22,9 +22,10 @@ from wam_cast.experiments.paper.results import Result, maybe_float, to_array
 from wam_cast.experiments.statistics import wilson_interval
 from wam_cast.parallel.seeds import Purpose, derived_seed
 from wam_cast.parallel.workers import Workers, run_rows
-from wam_cast.planning.plan import Method, Plan, Solver, plan_cast
+from wam_cast.planning.plan import Method, Plan, plan_cast
 from wam_cast.planning.prediction import Predictor
 from wam_cast.planning.reach import Reach
+from wam_cast.planning.solution import Solver
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.outcome import Outcome, Status
 from wam_cast.simulation.simulate import simulate_cast

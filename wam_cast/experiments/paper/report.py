@@ -19,7 +19,7 @@ from wam_cast.experiments.paper.findings import Findings
 from wam_cast.experiments.paper.report_figures import CAPTIONS
 from wam_cast.experiments.paper.results import Trial
 from wam_cast.parallel.workers import available_processors
-from wam_cast.planning.plan import LONGEST_MISS
+from wam_cast.planning.solution import LONGEST_MISS
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.outcome import Status
 from wam_cast.storage.atomic import write_file

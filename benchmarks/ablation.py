@@ -8,15 +8,15 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from planners.ablation import Ablation, ablate
 from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from wam_cast.evaluation.planners.ablation import Ablation, ablate
 from wam_cast.learning.forward_model import ForwardModel, reference_model
-from wam_cast.learning.storage import current_versions
-from wam_cast.learning.workers import Workers
+from wam_cast.parallel.workers import Workers
 from wam_cast.scenario import Scenario
+from wam_cast.storage.dataset_directory import current_versions
 
 HEADINGS = (
     "without",

@@ -14,11 +14,11 @@ from rich.table import Table
 
 from wam_cast.cast import Cast
 from wam_cast.learning.sampling import sample_cast
+from wam_cast.motion.stages import CastMotion
+from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Scenario
-from wam_cast.system.motion import CastMotion
-from wam_cast.system.outcome import BallTrack, find_crossing
-from wam_cast.system.simulation import CastSimulator
-from wam_cast.system.station import CastStation
+from wam_cast.simulation.outcome import BallTrack, find_crossing
+from wam_cast.simulation.simulator import CastSimulator
 
 CONVERGED = SimulatorConfig(
     integration_scheme="runge_kutta3", accuracy=1e-6, max_step_size=0.002, use_error_control=True

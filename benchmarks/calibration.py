@@ -15,27 +15,25 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
-from numpy.typing import NDArray
 from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
 from wam_cast.cast import PARAMETERS, cast_bounds
-from wam_cast.evaluation.experiment.seeds import Purpose, derived_seed
-from wam_cast.evaluation.experiment.statistics import coverage, rmse, wilson_interval
-from wam_cast.evaluation.figures.calibration import draw_calibration
-from wam_cast.evaluation.planners.trials import Trial, draw_cups, entered_clear, execute
-from wam_cast.evaluation.style import figure_style
+from wam_cast.experiments.statistics import coverage, rmse, wilson_interval
+from wam_cast.experiments.trials import Trial, draw_cups, entered_clear, execute
 from wam_cast.learning.dataset import generate_dataset
 from wam_cast.learning.forward_model import ForwardModel, reference_model
 from wam_cast.learning.kernel_ridge import KernelRidge
 from wam_cast.learning.parts import OUTPUTS
-from wam_cast.learning.workers import Workers
+from wam_cast.parallel.seeds import Purpose, derived_seed
+from wam_cast.parallel.workers import Workers
 from wam_cast.planning.plan import METHODS, plan_cast
 from wam_cast.planning.reach import Reach
 from wam_cast.scenario import Noise, Scenario
-
-Array = NDArray[np.float64]
+from wam_cast.types import Array
+from wam_cast.visualization.figures.calibration import draw_calibration
+from wam_cast.visualization.style import figure_style
 
 SHARES = np.linspace(0.05, 0.95, 19)
 N_GROUPS = 8

@@ -14,21 +14,23 @@ import argparse
 from collections.abc import Callable, Iterator, Sequence
 from typing import cast
 
+from planners.black_box import Search, search_cast
+from planners.contenders import predicted_miss
 from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
 from wam_cast.cast import Cast
-from wam_cast.evaluation.experiment.seeds import Purpose, derived_seed
-from wam_cast.evaluation.planners.contenders import predicted_miss
-from wam_cast.evaluation.planners.trials import Hits, Position, Trial, draw_cups, execute, summarize
+from wam_cast.casting_plane import to_polar
+from wam_cast.experiments.trials import Hits, Trial, draw_cups, execute, summarize
 from wam_cast.learning.forward_model import ForwardModel, reference_model
-from wam_cast.learning.storage import current_versions
-from wam_cast.learning.workers import Workers
-from wam_cast.planning.black_box import Search, search_cast
+from wam_cast.parallel.seeds import Purpose, derived_seed
+from wam_cast.parallel.workers import Workers
 from wam_cast.planning.plan import METHODS, Method, plan_cast
-from wam_cast.planning.reach import Reach, to_polar
+from wam_cast.planning.reach import Reach
 from wam_cast.scenario import Cup, Noise, Scenario
+from wam_cast.storage.dataset_directory import current_versions
+from wam_cast.types import Position
 
 KINDS = {"nearly inelastic": 0.25, "lively": 0.6}
 RADII = [radius / 1000 for radius in range(30, 20, -1)]

@@ -22,10 +22,10 @@ from rich.table import Table
 
 from wam_cast.cast import Cast
 from wam_cast.learning.sampling import sample_cast
+from wam_cast.robot.controller import CastController
+from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Cup, Scenario
-from wam_cast.system.controller import CastController
-from wam_cast.system.simulation import CastSimulator
-from wam_cast.system.station import CastStation
+from wam_cast.simulation.simulator import CastSimulator
 
 console = Console()
 

@@ -45,10 +45,10 @@ def floor_without_physics(monkeypatch):
     cup is nearer than 0.9 m. Returns what was planned and what was cast.
     """
     # Most tests need none of what these import.
-    from wam_cast.evaluation import floor_map
-    from wam_cast.planning.chance import Spread
+    from wam_cast.experiments import floor_map
+    from wam_cast.planning.landing_distribution import Spread
     from wam_cast.planning.plan import Plan
-    from wam_cast.system.outcome import Status
+    from wam_cast.simulation.outcome import Status
 
     planned, cast = [], []
 
@@ -111,3 +111,32 @@ def browser():
         chromium = playwright.chromium.launch(executable_path=executable, args=options)
         yield chromium
         chromium.close()
+
+
+@pytest.fixture(scope="session")
+def simulator():
+    """Return the reference scenario's simulator; outcomes do not depend on who used it before."""
+    # Most tests need none of what this imports.
+    from wam_cast.scenario import Scenario
+    from wam_cast.simulation.simulator import CastSimulator
+
+    return CastSimulator(Scenario())
+
+
+@pytest.fixture(scope="session")
+def limp():
+    """Return the class of a controller that is told the cast alone, and lets the arm hang."""
+
+    from pydrake.systems.framework import LeafSystem
+
+    class Limp(LeafSystem):
+        def __init__(self, _scenario=None):
+            super().__init__()
+            self.DeclareVectorInputPort("arm_state", 14)
+            for name, size in (("actuation", 7), ("hand", 6), ("hand_desired", 6), ("stage", 1)):
+                self.DeclareVectorOutputPort(name, size, lambda context, output: output.SetZero())
+
+        def set_cast(self, context, cast):
+            pass
+
+    return Limp

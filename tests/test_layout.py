@@ -1,8 +1,10 @@
-"""The package's layers: which module may import which, and what `import wam_cast` leaves alone."""
+"""The package's layers: which folder may import which, that no imports go in circles, and what `import wam_cast` leaves alone."""
 
 import ast
 import subprocess
 import sys
+from collections import Counter
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -15,58 +17,63 @@ MODULES = {
     for path in PACKAGE.rglob("*.py")
 }
 
-# What each layer may import besides itself, by prefix; the longest prefix of a module's name decides.
-BASE = [
-    f"wam_cast.{name}" for name in ("version", "errors", "files", "threads", "arm_model", "scenario", "cast")
-]
-ALLOWED = {
-    "wam_cast": ["wam_cast"],  # the lazy front door names everything
-    "wam_cast.__main__": ["wam_cast"],
-    "wam_cast.version": [],
-    "wam_cast.errors": [],
-    "wam_cast.files": ["wam_cast.errors"],
-    "wam_cast.threads": [],
-    "wam_cast.arm_model": [],
-    "wam_cast.scenario": ["wam_cast.errors", "wam_cast.arm_model"],
-    "wam_cast.cast": ["wam_cast.errors", "wam_cast.scenario"],
-    "wam_cast.system": BASE,
-    "wam_cast.learning": BASE,
-    "wam_cast.learning.dataset": [*BASE, "wam_cast.system"],
-    "wam_cast.planning": BASE,
-    "wam_cast.evaluation": ["wam_cast"],
-    "wam_cast.cli": ["wam_cast"],
-}
+FRONT_DOORS = ("wam_cast", "wam_cast.__main__")
+"""These name everything, and load it when it is first used."""
 
-# Parts of Drake that a layer may not use at all.
-LEARNING = [
-    f"wam_cast.learning.{name}"
-    for name in ("kernel_ridge", "tuning", "leave_one_out", "parts", "baselines", "forward_model")
-]
-NO_DRAKE = (*BASE, *LEARNING)
-NO_SIMULATION = ("wam_cast.planning", "wam_cast.system.outcome")
-SIMULATION = (
-    "pydrake.multibody",
-    "pydrake.systems",
-    "pydrake.geometry",
-    "pydrake.all",
-    "pydrake.visualization",
-)
+BELOW = {
+    "base": (),
+    "parallel": ("base",),
+    "storage": ("base",),
+    "motion": ("base",),
+    "robot": ("base", "motion"),
+    "simulation": ("base", "motion", "robot"),
+    "planning": ("base", "parallel"),
+    "learning": ("base", "parallel", "storage", "planning"),
+    "visualization": ("base", "storage", "motion", "robot", "simulation", "planning", "learning"),
+    "experiments": (
+        *("base", "parallel", "storage", "motion", "robot", "simulation"),
+        *("planning", "learning", "visualization"),
+    ),
+    "cli": (
+        *("base", "parallel", "storage", "motion", "robot", "simulation"),
+        *("planning", "learning", "visualization", "experiments"),
+    ),
+}
+"""What each folder may import besides itself; the modules that lie in none are the base."""
+
+BUT = {("wam_cast.learning.dataset", "simulation")}
+"""The one module of the learning that simulates: the others work on casts from anywhere."""
+
+NO_DRAKE = ("base", "parallel", "storage", "motion", "learning")
+"""Folders that do without Drake at all."""
+
+NO_SIMULATION = ("planning",)
+SIMULATION = ("pydrake.multibody", "pydrake.systems", "pydrake.geometry", "pydrake.visualization")
+"""Planning takes Drake's solvers, and nothing that could simulate."""
+
+MOST_MODULES = 12
+"""Of a folder."""
 
 
 def is_within(name, prefix):
     return name == prefix or name.startswith(f"{prefix}.")
 
 
-def imports_of(name):
-    """Return all that a module imports, as dotted names, without what only a type checker reads."""
+def folder_of(name):
+    parts = name.split(".")
+    return parts[1] if len(parts) > 1 and parts[1] in BELOW else "base"
+
+
+def imports_of(name, *, typing_too=False):
+    """Return all that a module imports, in functions too, as dotted names; without what only a type checker reads."""
     tree = ast.parse(MODULES[name].read_text(encoding="utf-8"))
-    found = set()
     unread = {
         id(inner)
         for node in ast.walk(tree)
-        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING" and not typing_too
         for inner in ast.walk(node)
     }
+    found = set()
     for node in ast.walk(tree):
         if id(node) in unread:
             continue
@@ -79,48 +86,55 @@ def imports_of(name):
     return found
 
 
-def rules_of(name):
-    return ALLOWED[max((prefix for prefix in ALLOWED if is_within(name, prefix)), key=len)]
+def own_imports_of(name, **options):
+    return {target for target in imports_of(name, **options) if target in MODULES}
 
 
-@pytest.mark.parametrize("name", sorted(MODULES))
+INSIDE = sorted(set(MODULES) - set(FRONT_DOORS))
+
+
+@pytest.mark.parametrize("name", INSIDE)
 def test_imports_run_one_way(name):
-    own_layer = ".".join(name.split(".")[:2])
-    allowed = [*rules_of(name), own_layer] if own_layer != "wam_cast" else rules_of(name)
-    ours = [target for target in imports_of(name) if is_within(target, "wam_cast")]
-    refused = [target for target in ours if not any(is_within(target, prefix) for prefix in allowed)]
-    assert not refused, f"{name} may not import {refused}"
+    own = folder_of(name)
+    allowed = {own, *BELOW[own], *(folder for module, folder in BUT if module == name)}
+    refused = {target for target in own_imports_of(name) - {"wam_cast"} if folder_of(target) not in allowed}
+    assert not refused, f"{name} may not import {sorted(refused)}"
 
 
-@pytest.mark.parametrize(
-    "name", sorted(n for n in MODULES if n != "wam_cast.__main__" and not is_within(n, "wam_cast.cli"))
-)
-def test_nothing_but_the_command_line_imports_the_command_line(name):
-    assert not [target for target in imports_of(name) if is_within(target, "wam_cast.cli")]
+@pytest.mark.parametrize("name", [name for name in INSIDE if folder_of(name) != "cli"])
+def test_only_the_command_line_uses_the_front_door(name):
+    assert "wam_cast" not in own_imports_of(name)
 
 
-@pytest.mark.parametrize(
-    "name",
-    sorted(n for n in MODULES if not any(is_within(n, p) for p in ("wam_cast.cli", "wam_cast.evaluation"))),
-)
-def test_nothing_below_the_evaluation_imports_it(name):
-    if name not in ("wam_cast", "wam_cast.__main__"):
-        assert not [target for target in imports_of(name) if is_within(target, "wam_cast.evaluation")]
+def test_no_imports_go_in_circles():
+    # Not even those that stand in functions or serve types alone: a circle is a wrong layout, however it is hidden.
+    graph = {name: own_imports_of(name, typing_too=True) - set(FRONT_DOORS) for name in INSIDE}
+    TopologicalSorter(graph).prepare()  # raises CycleError, which names the circle
+    TopologicalSorter(BELOW).prepare()
 
 
-@pytest.mark.parametrize("name", sorted(n for n in MODULES if any(is_within(n, p) for p in NO_DRAKE)))
-def test_layers_without_drake_import_none(name):
+@pytest.mark.parametrize("name", [name for name in INSIDE if folder_of(name) in NO_DRAKE])
+def test_folders_without_drake_import_none(name):
     assert not [target for target in imports_of(name) if is_within(target, "pydrake")]
 
 
-@pytest.mark.parametrize("name", sorted(n for n in MODULES if any(is_within(n, p) for p in NO_SIMULATION)))
-def test_layers_that_never_simulate_import_no_simulation(name):
-    refused = [t for t in imports_of(name) if any(is_within(t, prefix) for prefix in SIMULATION)]
-    assert not refused
+@pytest.mark.parametrize("name", [name for name in INSIDE if folder_of(name) in NO_SIMULATION])
+def test_folders_that_never_simulate_import_no_simulation(name):
+    assert not [t for t in imports_of(name) if any(is_within(t, prefix) for prefix in SIMULATION)]
 
 
 def test_library_imports_no_pydrake_all():
     assert not [name for name in MODULES if "pydrake.all" in imports_of(name)]
+
+
+def test_every_module_has_a_name_of_its_own():
+    names = Counter(name.rpartition(".")[2] for name, path in MODULES.items() if path.stem[0] != "_")
+    assert not {name for name, n in names.items() if n > 1}
+
+
+def test_no_folder_has_more_modules_than_one_looks_through():
+    sizes = Counter(path.parent for path in MODULES.values() if path.stem[0] != "_")
+    assert not {folder.name: n for folder, n in sizes.items() if n > MOST_MODULES}
 
 
 def loaded_by(statement):
@@ -148,10 +162,9 @@ def test_estimator_loads_no_drake():
 
 
 def test_public_names_resolve():
-    # Names whose module does not exist yet are skipped, so that a misspelt one in a module that does cannot hide.
     for name, home in wam_cast._HOME.items():
-        if f"wam_cast.{home}" in MODULES:
-            assert getattr(wam_cast, name).__name__ == name
+        assert f"wam_cast.{home}" in MODULES
+        assert getattr(wam_cast, name).__name__ == name
     assert set(dir(wam_cast)) == {*wam_cast._HOME, "__version__"}
     with pytest.raises(AttributeError, match="no_such_name"):
         _ = wam_cast.no_such_name

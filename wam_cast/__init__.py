@@ -13,7 +13,7 @@ from wam_cast.version import __version__
 if TYPE_CHECKING:
     from wam_cast.cast import Cast as Cast
     from wam_cast.errors import InputError as InputError
-    from wam_cast.evaluation.experiment.run import reproduce as reproduce
+    from wam_cast.experiments.paper.reproduce import reproduce as reproduce
     from wam_cast.learning.dataset import CastDataset as CastDataset
     from wam_cast.learning.dataset import generate_dataset as generate_dataset
     from wam_cast.learning.forward_model import ForwardModel as ForwardModel
@@ -22,41 +22,41 @@ if TYPE_CHECKING:
     from wam_cast.learning.kernel_ridge import KernelRidge as KernelRidge
     from wam_cast.planning.plan import Plan as Plan
     from wam_cast.planning.plan import plan_cast as plan_cast
+    from wam_cast.robot.controller import CastController as CastController
+    from wam_cast.robot.station import CastStation as CastStation
     from wam_cast.scenario import Noise as Noise
     from wam_cast.scenario import Scenario as Scenario
-    from wam_cast.system.controller import CastController as CastController
-    from wam_cast.system.outcome import Outcome as Outcome
-    from wam_cast.system.outcome import Status as Status
-    from wam_cast.system.recording import CastRecording as CastRecording
-    from wam_cast.system.recording import Throw as Throw
-    from wam_cast.system.simulate import simulate_cast as simulate_cast
-    from wam_cast.system.simulate import simulate_casts as simulate_casts
-    from wam_cast.system.simulation import CastSimulator as CastSimulator
-    from wam_cast.system.station import CastStation as CastStation
+    from wam_cast.simulation.outcome import Outcome as Outcome
+    from wam_cast.simulation.outcome import Status as Status
+    from wam_cast.simulation.recording import CastRecording as CastRecording
+    from wam_cast.simulation.recording import Throw as Throw
+    from wam_cast.simulation.simulate import simulate_cast as simulate_cast
+    from wam_cast.simulation.simulate import simulate_casts as simulate_casts
+    from wam_cast.simulation.simulator import CastSimulator as CastSimulator
 
 _HOME = {
     "Cast": "cast",
-    "CastController": "system.controller",
+    "CastController": "robot.controller",
     "CastDataset": "learning.dataset",
-    "CastRecording": "system.recording",
-    "CastSimulator": "system.simulation",
-    "CastStation": "system.station",
+    "CastRecording": "simulation.recording",
+    "CastSimulator": "simulation.simulator",
+    "CastStation": "robot.station",
     "ForwardModel": "learning.forward_model",
     "InputError": "errors",
     "KernelRidge": "learning.kernel_ridge",
     "Noise": "scenario",
-    "Outcome": "system.outcome",
+    "Outcome": "simulation.outcome",
     "Plan": "planning.plan",
     "Scenario": "scenario",
-    "Status": "system.outcome",
-    "Throw": "system.recording",
+    "Status": "simulation.outcome",
+    "Throw": "simulation.recording",
     "generate_dataset": "learning.dataset",
     "plan_cast": "planning.plan",
     "reference_dataset": "learning.forward_model",
     "reference_model": "learning.forward_model",
-    "reproduce": "evaluation.experiment.run",
-    "simulate_cast": "system.simulate",
-    "simulate_casts": "system.simulate",
+    "reproduce": "experiments.paper.reproduce",
+    "simulate_cast": "simulation.simulate",
+    "simulate_casts": "simulation.simulate",
 }
 
 __all__ = [*sorted(_HOME), "__version__"]

@@ -6,7 +6,8 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import numpy as np
-from numpy.typing import NDArray
+
+from wam_cast.types import Array
 
 
 def models_directory() -> Path:
@@ -21,7 +22,7 @@ def arm_model_path() -> Path:
     return models_directory() / "wam7.urdf"
 
 
-def arm_coulomb_friction() -> NDArray[np.float64]:
+def arm_coulomb_friction() -> Array:
     """Return the joints' Coulomb friction [N m], shape (7,), which Drake's parser does not read."""
     joints = ET.parse(arm_model_path()).getroot().iterfind("joint[@type='revolute']/dynamics")
     return np.array([float(joint.attrib["friction"]) for joint in joints])

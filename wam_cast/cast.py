@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from wam_cast.errors import InputError
 from wam_cast.scenario import Scenario
+from wam_cast.types import Array
 
 PARAMETERS = ("distance", "speed", "wait")
 """The parameters that the forward model learns, in the order of every array of casts."""
@@ -60,24 +61,24 @@ class Cast:
         """Duration of the horizontal move [s]."""
         return self.distance / self.speed
 
-    def to_array(self) -> NDArray[np.float64]:
+    def to_array(self) -> Array:
         """Return `[distance, speed, wait]`, shape (3,)."""
         return np.array([self.distance, self.speed, self.wait])
 
     @classmethod
-    def from_array(cls, parameters: NDArray[np.float64], bearing: float = 0.0) -> Cast:
+    def from_array(cls, parameters: Array, bearing: float = 0.0) -> Cast:
         """Return the cast with parameters `[distance, speed, wait]`, shape (3,)."""
         distance, speed, wait = (float(value) for value in parameters)
         return cls(distance, speed, wait, float(bearing))
 
 
-def cast_bounds(scenario: Scenario) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def cast_bounds(scenario: Scenario) -> tuple[Array, Array]:
     """Return the lower and the upper bounds of `[distance, speed, wait]`, each of shape (3,)."""
     bounds = np.array([getattr(scenario.bounds, name) for name in PARAMETERS], dtype=float)
     return bounds[:, 0], bounds[:, 1]
 
 
-def is_allowed(scenario: Scenario, parameters: NDArray[np.float64]) -> NDArray[np.bool_]:
+def is_allowed(scenario: Scenario, parameters: Array) -> NDArray[np.bool_]:
     """Return which rows of `parameters`, shape (..., 3), keep the bounds and the move's shortest duration."""
     lower, upper = cast_bounds(scenario)
     inside = np.all((parameters >= lower) & (parameters <= upper), axis=-1)
@@ -86,7 +87,7 @@ def is_allowed(scenario: Scenario, parameters: NDArray[np.float64]) -> NDArray[n
     return np.asarray(inside & slow_enough)
 
 
-def nearest_allowed(scenario: Scenario, parameters: NDArray[np.float64]) -> NDArray[np.float64]:
+def nearest_allowed(scenario: Scenario, parameters: Array) -> Array:
     """Return `parameters`, shape (3,), moved within the bounds, and slowed down where the move would be too short."""
     lower, upper = cast_bounds(scenario)
     distance, speed, wait = np.clip(parameters, lower, upper)

@@ -160,7 +160,7 @@ class Motion(_Part):
     start_radius, start_height
         The hand before the cast: distance from the base axis and height above the floor [m].
     turn_duration
-        How long joint 1 takes to turn the hand by one radian before the cast [s]; `wam_cast.system.turn` has other angles.
+        How long joint 1 takes to turn the hand by one radian before the cast [s]; `wam_cast.motion.turn` has other angles.
     min_move_duration
         The horizontal move takes at least this long [s]; faster casts are not allowed.
     drop_distance, drop_duration
@@ -169,7 +169,7 @@ class Motion(_Part):
         How long the hand stays down, so that the ball comes to rest [s].
     fetch_duration, pull_duration, slide_duration, lift_duration, retreat_duration
         The return [s]: to where the string is almost tight; until the ball is drawn against the cup's wall; as it slides up the
-        wall; straight up to the starting height; and back. See `wam_cast.system.return_path`.
+        wall; straight up to the starting height; and back. See `wam_cast.motion.return_path`.
     """
 
     start_radius: Positive = 0.20
@@ -189,7 +189,7 @@ class Motion(_Part):
 class Noise(_Part):
     """What a real cast does not repeat; all zero, and so off, by default.
 
-    The noise of a cast is drawn from a seed, see `wam_cast.system.noise`: the same seed gives the same cast.
+    The noise of a cast is drawn from a seed, see `wam_cast.robot.noise`: the same seed gives the same cast.
 
     Attributes
     ----------

@@ -11,7 +11,7 @@ import time
 
 import pytest
 
-from wam_cast.evaluation.explorer import Explorer
+from wam_cast.visualization.interactive.explorer import Explorer
 
 
 @pytest.fixture

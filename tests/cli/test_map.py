@@ -8,7 +8,7 @@ import time
 import pytest
 
 import wam_cast as wc
-from wam_cast.evaluation import floor_map
+from wam_cast.experiments import floor_map
 
 SMALL = ("--radii", "3", "--bearings", "4")
 

@@ -7,8 +7,8 @@ import time
 import pytest
 
 import wam_cast as wc
-from wam_cast.evaluation.experiment.settings import Settings
-from wam_cast.evaluation.experiment.store import RunDirectory
+from wam_cast.experiments.paper.settings import Settings
+from wam_cast.storage.run_directory import RunDirectory
 
 
 @pytest.fixture

@@ -16,11 +16,12 @@ from scipy.stats import kstest
 
 from wam_cast.cast import PARAMETERS, Cast, is_allowed
 from wam_cast.errors import InputError
-from wam_cast.learning import dataset, storage
+from wam_cast.learning import dataset
 from wam_cast.learning.dataset import CastDataset, generate_dataset
 from wam_cast.learning.sampling import row_noise_seed, sample_cast, sample_casts
-from wam_cast.learning.workers import run_rows
+from wam_cast.parallel.workers import run_rows
 from wam_cast.scenario import Noise, Scenario
+from wam_cast.storage import dataset_directory as storage
 
 SCENARIO = Scenario()
 ROOT = Path(__file__).parents[2]
@@ -474,7 +475,7 @@ def test_the_number_of_workers_changes_no_bit(real, tmp_path):
 
 
 def test_a_row_is_the_outcome_of_its_cast(real):
-    from wam_cast.system.simulate import simulate_cast
+    from wam_cast.simulation.simulate import simulate_cast
 
     row = real[0].frame.iloc[5]
     outcome = simulate_cast(SCENARIO, Cast(row["distance"], row["speed"], row["wait"]))
@@ -487,7 +488,7 @@ def test_a_row_is_the_outcome_of_its_cast(real):
 
 
 def test_noise_leaves_the_drawn_casts_alone_and_does_not_depend_on_who_draws_it(real, tmp_path):
-    from wam_cast.system.simulate import simulate_cast
+    from wam_cast.simulation.simulate import simulate_cast
 
     noisy = Scenario(noise=Noise.typical())
     frame = generate(5, tmp_path, scenario=noisy).frame

@@ -19,8 +19,8 @@ from wam_cast.learning.kernel_ridge import KernelRidge
 from wam_cast.learning.leave_one_out import tune_by_leave_one_out
 from wam_cast.learning.parts import OUTPUTS, Parts, split_casts
 from wam_cast.learning.sampling import sample_casts
+from wam_cast.parallel.threads import one_thread
 from wam_cast.scenario import Ball, Cup, Noise, Scenario
-from wam_cast.threads import one_thread
 
 SCENARIO = Scenario()
 N_CASTS = 340  # split into 260, 60 and 20

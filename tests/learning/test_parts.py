@@ -8,7 +8,7 @@ from wam_cast.cast import PARAMETERS
 from wam_cast.errors import InputError
 from wam_cast.learning.dataset import CastDataset
 from wam_cast.learning.parts import OUTPUTS, split_casts
-from wam_cast.planning import predictor
+from wam_cast.planning import prediction as predictor
 from wam_cast.scenario import Scenario
 
 N_CASTS = 340  # split into 260, 60 and 20

@@ -124,8 +124,8 @@ import asyncio
 import numpy as np
 
 import wam_cast as wc
-from wam_cast.evaluation.joint_sliders import JointSliders
-from wam_cast.evaluation.viewer import open_meshcat
+from wam_cast.visualization.interactive.joint_sliders import JointSliders
+from wam_cast.visualization.viewer import open_meshcat
 
 meshcat = open_meshcat()
 sliders = JointSliders(meshcat, wc.Scenario(), {"E": "tool_plate"})

@@ -7,13 +7,13 @@ import pytest
 
 from wam_cast.arm_model import bearing_limits
 from wam_cast.cast import is_allowed
+from wam_cast.casting_plane import to_casting_plane
 from wam_cast.errors import InputError
 from wam_cast.learning.forward_model import reference_model
 from wam_cast.planning.plan import LONGEST_MISS, METHODS, plan_cast
 from wam_cast.planning.reach import BEARING_MARGIN
 from wam_cast.scenario import Scenario
-from wam_cast.system.outcome import to_casting_plane
-from wam_cast.system.simulate import simulate_cast
+from wam_cast.simulation.simulate import simulate_cast
 
 BOTH = pytest.mark.parametrize("method", METHODS)
 # The same where casts are simulated, which takes its time.

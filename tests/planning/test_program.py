@@ -8,7 +8,7 @@ from pydrake.autodiffutils import ExtractGradient, ExtractValue, InitializeAutoD
 
 from wam_cast.cast import cast_bounds, is_allowed
 from wam_cast.errors import InputError
-from wam_cast.planning.chance import N_SCATTER_CASTS, repeatability
+from wam_cast.planning.landing_distribution import N_SCATTER_CASTS, repeatability
 from wam_cast.planning.plan import SOLVERS
 from wam_cast.planning.program import (
     BOUNDS_DEVIATIONS,

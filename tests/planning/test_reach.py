@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from wam_cast.arm_model import bearing_limits
+from wam_cast.casting_plane import from_polar, to_polar
 from wam_cast.errors import InputError
-from wam_cast.planning.reach import BEARING_MARGIN, Reach, checked_polar, from_polar, to_polar
+from wam_cast.planning.reach import BEARING_MARGIN, Reach, checked_polar
 
 REACH = Reach(0.26311, 0.98584, math.radians(-148.4), math.radians(148.4))
 

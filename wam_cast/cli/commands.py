@@ -21,13 +21,13 @@ import wam_cast as wc
 from wam_cast.cli import experiment, explorer, floor_map, models, output
 from wam_cast.cli.output import err, out, print_json, progress
 from wam_cast.errors import InputError
-from wam_cast.files import check_writable
+from wam_cast.storage.atomic import check_writable
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from wam_cast.planning.plan import Plan
-    from wam_cast.system.outcome import Outcome
+    from wam_cast.simulation.outcome import Outcome
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
@@ -261,7 +261,7 @@ def map_(
 
     The work is done when the map is drawn: the exit code is 0 whatever became of the balls.
     """
-    from wam_cast.evaluation.floor_map import MapSize
+    from wam_cast.experiments.floor_map import MapSize
 
     floor_map.check_picture(picture)
     _, forward = models.scenario_and_model(scenario, model, train)
@@ -293,7 +293,7 @@ def show(
     if graph is None:
         explorer.explore(scenario, model, as_json)
         return
-    from wam_cast.evaluation.diagram import write_graph
+    from wam_cast.visualization.diagram import write_graph
 
     setting = models.load_scenario(scenario) if model is None else models.find(scenario, model)[0]
     write_graph(wc.CastStation(setting), graph)
@@ -367,7 +367,7 @@ class Files:
 
 def _check_outputs(n_cups: int, files: Files) -> None:
     """Refuse, before any work is done, what `throw` could not write after it."""
-    from wam_cast.evaluation.output import picture_format
+    from wam_cast.visualization.picture_files import picture_format
 
     for option, path in (("--picture", files.picture), ("--animation", files.animation)):
         if path is not None and n_cups > 1:
@@ -380,7 +380,7 @@ def _check_outputs(n_cups: int, files: Files) -> None:
     if files.picture is not None:
         picture_format(files.picture)
     if files.animation is not None:
-        from wam_cast.evaluation.animation import check_animation
+        from wam_cast.visualization.film import check_animation
 
         check_animation(files.animation)
 
@@ -401,17 +401,17 @@ def _execute(
     simulator = wc.CastSimulator(scenario)
     recordings = simulator.record_sequence(throws, noise_seed=seed, on_outcome=on_outcome)
     if files.replay is not None:
-        from wam_cast.evaluation.replay import write_replay
+        from wam_cast.visualization.replay import write_replay
 
         write_replay(recordings, files.replay, [plan.predicted_landing for plan in plans])
         err.print(f"replay: {files.replay}")
     if files.picture is not None:
-        from wam_cast.evaluation.filmstrip import write_picture
+        from wam_cast.visualization.film_strip import write_picture
 
         write_picture(recordings[0], files.picture, plans[0].predicted_landing)
         err.print(f"picture: {files.picture}")
     if files.animation is not None:
-        from wam_cast.evaluation.animation import write_animation
+        from wam_cast.visualization.film import write_animation
 
         write_animation(recordings[0], files.animation)
         err.print(f"animation: {files.animation}")

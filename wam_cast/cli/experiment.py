@@ -11,7 +11,7 @@ from wam_cast.cli.models import load_scenario
 from wam_cast.cli.output import err, phase_progress
 
 if TYPE_CHECKING:
-    from wam_cast.evaluation.experiment.findings import Findings
+    from wam_cast.experiments.paper.findings import Findings
 
 
 def run_experiment(scenario_path: Path | None, directory: Path, seed: int, quick: bool) -> Findings:

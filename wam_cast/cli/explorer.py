@@ -12,7 +12,7 @@ from wam_cast.cli.output import err, out, print_json, progress
 
 def explore(scenario_path: Path | None, model_path: Path | None, as_json: bool) -> None:
     """Serve the explorer's page, and print where, until interrupted."""
-    from wam_cast.evaluation.explorer import Explorer
+    from wam_cast.visualization.interactive.explorer import Explorer
 
     with progress("setting up"):
         scenario, model = models.find(scenario_path, model_path)

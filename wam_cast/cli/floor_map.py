@@ -6,17 +6,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from wam_cast.cli.output import phase_progress
-from wam_cast.files import check_writable
+from wam_cast.storage.atomic import check_writable
 
 if TYPE_CHECKING:
-    from wam_cast.evaluation.floor_map import FloorMap, MapSize
+    from wam_cast.experiments.floor_map import FloorMap, MapSize
     from wam_cast.learning.forward_model import ForwardModel
     from wam_cast.planning.plan import Method, Solver
 
 
 def check_picture(path: Path) -> None:
     """Refuse, before any work is done, a picture that could not be written after it."""
-    from wam_cast.evaluation.output import picture_format
+    from wam_cast.visualization.picture_files import picture_format
 
     picture_format(path)
     check_writable(path)
@@ -32,8 +32,8 @@ def make_map(
     n_workers: int | None,
 ) -> FloorMap:
     """Make the map under progress bars and write its picture."""
-    from wam_cast.evaluation.floor_map import map_floor
-    from wam_cast.evaluation.floor_picture import write_floor_picture
+    from wam_cast.experiments.floor_map import map_floor
+    from wam_cast.experiments.floor_picture import write_floor_picture
 
     with phase_progress() as report:
         floor = map_floor(

@@ -11,7 +11,7 @@ from typing import Any
 import wam_cast as wc
 from wam_cast.cli.output import err, progress
 from wam_cast.errors import InputError
-from wam_cast.files import check_writable
+from wam_cast.storage.atomic import check_writable
 
 TRAINING_CASTS = 1700
 """As many as the paper simulated: 1300 to train with, 300 to validate, 100 to test."""

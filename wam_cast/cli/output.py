@@ -26,11 +26,11 @@ from rich.table import Table
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from wam_cast.evaluation.experiment.findings import Findings
-    from wam_cast.evaluation.floor_map import FloorMap, Scatter
+    from wam_cast.experiments.floor_map import FloorMap, Scatter
+    from wam_cast.experiments.paper.findings import Findings
     from wam_cast.learning.forward_model import ForwardModel
     from wam_cast.planning.plan import Plan
-    from wam_cast.system.outcome import Outcome
+    from wam_cast.simulation.outcome import Outcome
 
 # Nothing is taken for markup: [m] is a unit, and any name may be a file's.
 out = Console(soft_wrap=True, highlight=False, markup=False, emoji=False)
@@ -223,7 +223,7 @@ def print_fit(model: ForwardModel) -> None:
 
 def print_findings(findings: Findings, directory: Path) -> None:
     """Print the experiment's main numbers beside the paper's, and where the report is."""
-    from wam_cast.evaluation.experiment import paper
+    from wam_cast.experiments.paper import published as paper
 
     results = findings.summary()
     rmse, miss = results["test_rmse_m"], results["executed_miss_m"]

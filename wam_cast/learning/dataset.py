@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 from wam_cast.cast import Cast
 from wam_cast.errors import InputError, checked_whole_number
 from wam_cast.learning.sampling import row_noise_seed, sample_cast
-from wam_cast.learning.storage import SCHEMA, DatasetDirectory, part_rows
-from wam_cast.learning.workers import Workers, run_rows
+from wam_cast.parallel.workers import Workers, run_rows
 from wam_cast.scenario import Scenario
-from wam_cast.system.outcome import Status
+from wam_cast.simulation.outcome import Status
+from wam_cast.storage.dataset_directory import SCHEMA, DatasetDirectory, part_rows
 
 Row = dict[str, Any]
 
@@ -184,7 +184,7 @@ def generate_dataset(
 def simulate_row(scenario: Scenario, seed: int, row: int) -> Row:
     """Simulate one row of a dataset and return its columns; what workers run."""
     # Only who simulates needs Drake; loading a dataset does without.
-    from wam_cast.system.simulate import simulate_cast
+    from wam_cast.simulation.simulate import simulate_cast
 
     cast = sample_cast(scenario, seed, row)
     outcome = simulate_cast(scenario, cast, noise_seed=row_noise_seed(seed, row))

@@ -14,23 +14,23 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from wam_cast.cast import cast_bounds
 from wam_cast.errors import InputError
-from wam_cast.files import write_file
 from wam_cast.learning.kernel_ridge import KernelRidge
 from wam_cast.learning.leave_one_out import tune_by_leave_one_out
 from wam_cast.learning.parts import OUTPUTS, Part, split_casts
 from wam_cast.learning.tuning import TuningResult
 from wam_cast.learning.uncertainty import ErrorFit, LandingUncertainty
+from wam_cast.parallel.threads import one_thread
 from wam_cast.scenario import Scenario
-from wam_cast.threads import one_thread
+from wam_cast.storage.atomic import write_file
+from wam_cast.types import Array
 
 if TYPE_CHECKING:
     from wam_cast.learning.dataset import CastDataset
 
-Array = NDArray[np.float64]
 
 FORMAT = "wam_cast forward model 3"
 

@@ -9,13 +9,13 @@ input, the analytic gradient of the prediction, its standard deviation, and leav
 from typing import Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from scipy.spatial.distance import cdist
 from sklearn.base import BaseEstimator, MultiOutputMixin, RegressorMixin
 from sklearn.utils.validation import check_is_fitted, validate_data
 
-FloatArray = NDArray[np.float64]
+from wam_cast.types import Array
 
 
 class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
@@ -122,13 +122,13 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         self.target_mean_ = np.asarray(
             y_fit.mean(axis=0) if self.center_targets_ else np.zeros(y_fit.shape[1:])
         )
-        self.X_fit_: FloatArray = X_fit
+        self.X_fit_: Array = X_fit
         Z_fit = self._scale(X_fit)
         self.cholesky_, _ = factorize(gaussian_kernel(Z_fit, Z_fit), self.regularization_)
-        self.dual_coef_: FloatArray = cho_solve((self.cholesky_, True), y_fit - self.target_mean_)
+        self.dual_coef_: Array = cho_solve((self.cholesky_, True), y_fit - self.target_mean_)
         return self
 
-    def predict(self, X: ArrayLike) -> FloatArray:
+    def predict(self, X: ArrayLike) -> Array:
         """Predict the targets.
 
         Parameters
@@ -149,10 +149,10 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
             If called before `fit`.
         """
         K = gaussian_kernel(self._scale(self._validate(X)), self._scale(self.X_fit_))
-        prediction: FloatArray = K @ self.dual_coef_ + self.target_mean_
+        prediction: Array = K @ self.dual_coef_ + self.target_mean_
         return prediction
 
-    def predict_gradient(self, X: ArrayLike) -> FloatArray:
+    def predict_gradient(self, X: ArrayLike) -> Array:
         """Differentiate the prediction with respect to the inputs.
 
         Parameters
@@ -175,7 +175,7 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         """
         return self.predict_with_gradient(X)[1]
 
-    def predict_with_gradient(self, X: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    def predict_with_gradient(self, X: ArrayLike) -> tuple[Array, Array]:
         """Predict the targets and differentiate them, at the price of one kernel evaluation.
 
         Parameters
@@ -215,7 +215,7 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         gradient = (gradient_scaled / self.length_scale_).reshape(len(Z), *output_shape, n_features)
         return prediction, gradient
 
-    def expand(self, X: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def expand(self, X: Array) -> tuple[Array, Array]:
         """Do what `predict_with_gradient` does, for the few inputs that an optimizer asks about: quickly, `X` is taken as it is."""
         offsets = (X[:, np.newaxis, :] - self.X_fit_) / self.length_scale_
         kernel = np.exp(-np.einsum("pni,pni->pn", offsets, offsets))
@@ -227,7 +227,7 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         prediction = weights.sum(axis=2).reshape(shape) + self.target_mean_
         return prediction, gradient.reshape(*shape, n_features)
 
-    def predict_std(self, X: ArrayLike) -> FloatArray:
+    def predict_std(self, X: ArrayLike) -> Array:
         """Estimate the standard deviation of a new target about its prediction.
 
         It is that of the Gaussian process with covariance `s^2 k` and noise of variance `s^2 λ`, the noise of the new target
@@ -260,10 +260,10 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         explained = solve_triangular(self.cholesky_, K, lower=True, overwrite_b=True)
         # Rounding may take a little too much off where a training row is.
         unexplained = np.maximum(1.0 - np.einsum("ij,ij->j", explained, explained), 0.0)
-        std: FloatArray = np.sqrt(np.multiply.outer(unexplained + self.regularization_, squared_scale))
+        std: Array = np.sqrt(np.multiply.outer(unexplained + self.regularization_, squared_scale))
         return std
 
-    def leave_one_out_residuals(self) -> FloatArray:
+    def leave_one_out_residuals(self) -> Array:
         """Compute each training target minus its prediction by a fit to all the other rows, without refits.
 
         The closed form `[(K + λ I)^-1 (y - b)]_i / [(K + λ I)^-1]_ii` holds for any constant offset `b`
@@ -286,7 +286,7 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         """
         return self.leave_one_out()[0]
 
-    def leave_one_out(self) -> tuple[FloatArray, FloatArray]:
+    def leave_one_out(self) -> tuple[Array, Array]:
         """Compute the leave-one-out residuals, and what the posterior of a Gaussian process foretells of them.
 
         Returns
@@ -316,22 +316,22 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
             dual_ones = cho_solve((self.cholesky_, True), np.ones((n_samples, 1)))
             dual_coef = dual_coef + mean_minus_mean_of_others * dual_ones
         inverse_lower = solve_triangular(self.cholesky_, np.eye(n_samples), lower=True)
-        inverse_diagonal: FloatArray = np.einsum("ij,ij->j", inverse_lower, inverse_lower)
-        residuals: FloatArray = (dual_coef / inverse_diagonal[:, np.newaxis]).reshape(self.dual_coef_.shape)
+        inverse_diagonal: Array = np.einsum("ij,ij->j", inverse_lower, inverse_lower)
+        residuals: Array = (dual_coef / inverse_diagonal[:, np.newaxis]).reshape(self.dual_coef_.shape)
         return residuals, inverse_diagonal
 
-    def _validate(self, X: ArrayLike) -> FloatArray:
+    def _validate(self, X: ArrayLike) -> Array:
         check_is_fitted(self)
-        X_valid: FloatArray = validate_data(self, X, dtype=np.float64, reset=False)
+        X_valid: Array = validate_data(self, X, dtype=np.float64, reset=False)
         return X_valid
 
-    def _scale(self, X: FloatArray) -> FloatArray:
+    def _scale(self, X: Array) -> Array:
         """Scale inputs so that the kernel has unit width."""
-        Z: FloatArray = (X - self.input_offset_) / self.length_scale_
+        Z: Array = (X - self.input_offset_) / self.length_scale_
         return Z
 
 
-def gaussian_kernel(Z: FloatArray, Z_fit: FloatArray) -> FloatArray:
+def gaussian_kernel(Z: Array, Z_fit: Array) -> Array:
     """Evaluate the Gaussian kernel of unit width (section 2.4 of the paper).
 
     Parameters
@@ -345,12 +345,12 @@ def gaussian_kernel(Z: FloatArray, Z_fit: FloatArray) -> FloatArray:
         `exp(-||z - z'||^2)`, from differences and not from `z^2 - 2 z z' + z'^2`, which would lose the small
         distances that a small λ depends on.
     """
-    K: FloatArray = cdist(Z, Z_fit, "sqeuclidean")
+    K: Array = cdist(Z, Z_fit, "sqeuclidean")
     np.negative(K, out=K)
     return np.exp(K, out=K)
 
 
-def kernel_slope(weights: FloatArray, Z: FloatArray, Z_fit: FloatArray) -> FloatArray:
+def kernel_slope(weights: Array, Z: Array, Z_fit: Array) -> Array:
     """Sum `weights * d log k / d log σ_j` over all pairs of inputs; with weights `W * K` that is `W * dK / d log σ_j`.
 
     Parameters
@@ -365,7 +365,7 @@ def kernel_slope(weights: FloatArray, Z: FloatArray, Z_fit: FloatArray) -> Float
     ndarray of shape (n_features,)
         For each input j the sum of `weights * 2 (z_j - z'_j)^2`.
     """
-    slope: FloatArray = 2.0 * (
+    slope: Array = 2.0 * (
         weights.sum(axis=1) @ Z**2
         + weights.sum(axis=0) @ Z_fit**2
         - 2.0 * np.einsum("ij,ij->j", Z, weights @ Z_fit)
@@ -373,7 +373,7 @@ def kernel_slope(weights: FloatArray, Z: FloatArray, Z_fit: FloatArray) -> Float
     return slope
 
 
-def factorize(K: FloatArray, regularization: float) -> tuple[FloatArray, bool]:
+def factorize(K: Array, regularization: float) -> tuple[Array, bool]:
     """Factorize `K + λ I` for `scipy.linalg.cho_solve`.
 
     Parameters
@@ -412,9 +412,7 @@ def factorize(K: FloatArray, regularization: float) -> tuple[FloatArray, bool]:
     return factor, is_lower
 
 
-def input_scale(
-    X: FloatArray, input_bounds: tuple[ArrayLike, ArrayLike] | None
-) -> tuple[FloatArray, FloatArray]:
+def input_scale(X: Array, input_bounds: tuple[ArrayLike, ArrayLike] | None) -> tuple[Array, Array]:
     """Find the offset and the range that scale inputs to the unit cube.
 
     Parameters
@@ -452,7 +450,7 @@ def input_scale(
     return lower.copy(), upper - lower
 
 
-def checked_sigma(sigma: float | ArrayLike, n_features: int, *, name: str = "sigma") -> FloatArray:
+def checked_sigma(sigma: float | ArrayLike, n_features: int, *, name: str = "sigma") -> Array:
     """Return the width of the kernel for each input, or raise a ValueError that says what is allowed."""
     try:
         widths = np.asarray(sigma, dtype=np.float64)

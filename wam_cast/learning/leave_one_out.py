@@ -11,7 +11,7 @@ import math
 import sys
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.linalg import blas, lapack
 from scipy.optimize import OptimizeResult, minimize
 from threadpoolctl import threadpool_limits
@@ -25,8 +25,7 @@ from wam_cast.learning.kernel_ridge import (
     kernel_slope,
 )
 from wam_cast.learning.tuning import SquaredError, TuningResult, checked_data
-
-FloatArray = NDArray[np.float64]
+from wam_cast.types import Array
 
 SIGMA_BOUNDS = (0.03, 30.0)
 """Where σ is sought, in units of the scaled inputs: beyond, the kernel matrix is nearly the identity, or of rank one."""
@@ -126,12 +125,12 @@ def tune_by_leave_one_out(
     )
     log_spread = _half_log(data.spread)
 
-    def unpack(theta: FloatArray) -> tuple[FloatArray, float]:
+    def unpack(theta: Array) -> tuple[Array, float]:
         # Clipped, since the exponential of a bound's logarithm may be beyond it by rounding.
         sigma = np.clip(np.exp(theta[:-1]), *SIGMA_BOUNDS).reshape(sigma_start.shape)
         return sigma, float(np.clip(np.exp(theta[-1]), *REGULARIZATION_BOUNDS))
 
-    def log_error(theta: FloatArray) -> tuple[float, FloatArray]:
+    def log_error(theta: Array) -> tuple[float, Array]:
         try:
             loss = data.loss(*unpack(theta))
         except np.linalg.LinAlgError:  # the line search turns back from it
@@ -142,7 +141,7 @@ def tune_by_leave_one_out(
 
     theta0 = np.log(np.append(sigma_start, regularization0))
     bounds = np.log([SIGMA_BOUNDS] * sigma_start.size + [REGULARIZATION_BOUNDS])
-    path: list[tuple[FloatArray, float]] = []
+    path: list[tuple[Array, float]] = []
 
     def record(intermediate_result: OptimizeResult) -> None:
         path.append((intermediate_result.x.copy(), float(intermediate_result.fun)))
@@ -187,7 +186,7 @@ class _TrainingData:
         self._is_lower = np.tri(n_rows, dtype=bool)
         self.spread = float(np.sum(self._y**2) / n_rows)
 
-    def loss(self, sigma: FloatArray, regularization: float) -> SquaredError:
+    def loss(self, sigma: Array, regularization: float) -> SquaredError:
         """Evaluate the error and its gradient with one inverse and one product of matrices, by the adjoint method.
 
         With `A = K + λ I`, `α = A^-1 y`, `β = A^-1 1` and the shift `c` of the centre by the row left out, the residuals are
@@ -221,11 +220,11 @@ class _TrainingData:
             d_log_regularization=float(2.0 / n_rows * by_log_regularization),
         )
 
-    def _inverse(self, K: FloatArray, regularization: float) -> FloatArray:
+    def _inverse(self, K: Array, regularization: float) -> Array:
         """Return `(K + λ I)^-1`, in LAPACK's order; overwrites nothing."""
         factor, _ = factorize(K, regularization)
         lower, _ = lapack.dpotri(factor, lower=1, overwrite_c=1)
-        inverse: FloatArray = np.where(self._is_lower, lower, lower.T)
+        inverse: Array = np.where(self._is_lower, lower, lower.T)
         return inverse
 
 
@@ -234,7 +233,7 @@ def _half_log(mean_squared: float) -> float:
     return 0.5 * math.log(max(mean_squared, sys.float_info.min))
 
 
-def _check_within(name: str, values: FloatArray, bounds: tuple[float, float]) -> None:
+def _check_within(name: str, values: Array, bounds: tuple[float, float]) -> None:
     lower, upper = bounds
     if not np.all((lower <= values) & (values <= upper)):
         raise ValueError(

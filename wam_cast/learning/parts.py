@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from wam_cast.cast import PARAMETERS
 from wam_cast.errors import InputError
+from wam_cast.types import Array
 
 if TYPE_CHECKING:
     from wam_cast.learning.dataset import CastDataset
 
-Array = NDArray[np.float64]
 
 OUTPUTS = (
     "landing_along",

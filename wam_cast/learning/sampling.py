@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wam_cast.cast import Cast, cast_bounds, is_allowed
 from wam_cast.scenario import Scenario
+from wam_cast.types import Array
 
 
 def sample_cast(scenario: Scenario, seed: int, row: int) -> Cast:
@@ -36,13 +36,13 @@ def row_noise_seed(seed: int, row: int) -> int:
     return int(child.generate_state(1, np.uint64)[0])
 
 
-def sample_casts(scenario: Scenario, n_casts: int, seed: int) -> NDArray[np.float64]:
+def sample_casts(scenario: Scenario, n_casts: int, seed: int) -> Array:
     """Return the first `n_casts` rows `[distance, speed, wait]` of a seed, shape (n_casts, 3) [m, m/s, s]."""
     casts = [sample_cast(scenario, seed, row).to_array() for row in range(n_casts)]
     return np.array(casts).reshape(n_casts, 3)
 
 
-def _allowed_box(scenario: Scenario) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _allowed_box(scenario: Scenario) -> tuple[Array, Array]:
     """Return the corners, each of shape (3,), of the smallest box that holds every allowed cast."""
     lower, upper = cast_bounds(scenario)
     shortest = scenario.motion.min_move_duration

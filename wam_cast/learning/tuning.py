@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.linalg import cho_solve
 from sklearn.utils.validation import check_X_y
 
@@ -23,8 +23,7 @@ from wam_cast.learning.kernel_ridge import (
     input_scale,
     kernel_slope,
 )
-
-FloatArray = NDArray[np.float64]
+from wam_cast.types import Array
 
 MAX_LOG_MOVE = 1.0
 """Largest change of log σ or log λ in one step: a factor e."""
@@ -44,7 +43,7 @@ class SquaredError(NamedTuple):
 
     mean_squared: float
     """Mean over the rows of the squared length of the residual, in squared units of the targets."""
-    d_log_sigma: FloatArray
+    d_log_sigma: Array
     """Derivative by the logarithm of σ; its shape is that of σ, () or (n_features,)."""
     d_log_regularization: float
     """Derivative by the logarithm of λ."""
@@ -78,18 +77,16 @@ class TuningResult:
         point from which no step lowers the error, such as the verge of a singular kernel matrix.
     """
 
-    sigma: float | FloatArray
+    sigma: float | Array
     regularization: float
     rmse: float
-    sigma_path: FloatArray
-    regularization_path: FloatArray
-    rmse_path: FloatArray
+    sigma_path: Array
+    regularization_path: Array
+    rmse_path: Array
     is_converged: bool
 
     @classmethod
-    def of_path(
-        cls, parameters: Sequence[tuple[FloatArray, float]], rmse_path: FloatArray, is_converged: bool
-    ) -> Self:
+    def of_path(cls, parameters: Sequence[tuple[Array, float]], rmse_path: Array, is_converged: bool) -> Self:
         """Return the result of a search whose points had these σ and λ, and these errors; the last one is the best."""
         sigma_path = np.array([sigma for sigma, _ in parameters])
         regularization_path = np.array([lam for _, lam in parameters])
@@ -206,11 +203,11 @@ def tune_sigma(
             "logarithm: it must be > 0; pass for example regularization=1e-6"
         )
 
-    def unpack(theta: FloatArray) -> tuple[FloatArray, float]:
+    def unpack(theta: Array) -> tuple[Array, float]:
         sigma = np.exp(theta[: sigma_start.size]).reshape(sigma_start.shape)
         return sigma, float(np.exp(theta[-1])) if tune_regularization else regularization
 
-    def log_rmse(theta: FloatArray) -> tuple[float, FloatArray]:
+    def log_rmse(theta: Array) -> tuple[float, Array]:
         loss = data.loss(*unpack(theta))
         # A perfect fit has no slope, and its logarithm must stay finite.
         mean_squared = max(loss.mean_squared, sys.float_info.min)
@@ -253,7 +250,7 @@ class _TuningData:
         self._y_train = (y_train - target_mean).reshape(len(X_train), -1)
         self._y_validation = (y_validation - target_mean).reshape(len(X_validation), -1)
 
-    def loss(self, sigma: FloatArray, regularization: float) -> SquaredError:
+    def loss(self, sigma: Array, regularization: float) -> SquaredError:
         """Evaluate the error and its gradient with one factorization, by the adjoint method.
 
         With `A = K + λ I`, `α = A^-1 y` and the residuals `r = K_v α - y_v`, the squared error `r^T r` has
@@ -279,18 +276,18 @@ class _TuningData:
         )
 
 
-def checked_data(X: ArrayLike, y: ArrayLike) -> tuple[FloatArray, FloatArray]:
+def checked_data(X: ArrayLike, y: ArrayLike) -> tuple[Array, Array]:
     """Return inputs and targets as arrays of floats, or raise a ValueError that says what is wrong with them."""
     X_valid, y_valid = check_X_y(X, y, dtype=np.float64, multi_output=True, y_numeric=True)
     return X_valid, np.asarray(y_valid, dtype=np.float64)
 
 
-Objective = Callable[[FloatArray], tuple[float, FloatArray]]
+Objective = Callable[[Array], tuple[float, Array]]
 
 
 def _descend(
-    objective: Objective, theta: FloatArray, max_steps: int, tolerance: float
-) -> tuple[list[tuple[FloatArray, float]], bool]:
+    objective: Objective, theta: Array, max_steps: int, tolerance: float
+) -> tuple[list[tuple[Array, float]], bool]:
     """Go down the gradient; return the points with their values, and whether the gradient vanished."""
     value, gradient = objective(theta)
     path = [(theta, value)]
@@ -312,8 +309,8 @@ def _descend(
 
 
 def _backtrack(
-    objective: Objective, theta: FloatArray, value: float, gradient: FloatArray, step: float
-) -> tuple[FloatArray, float, FloatArray] | None:
+    objective: Objective, theta: Array, value: float, gradient: Array, step: float
+) -> tuple[Array, float, Array] | None:
     """Halve the step until the value decreases enough; None if it never does."""
     step = min(step, MAX_LOG_MOVE / float(np.max(np.abs(gradient))))
     for _ in range(MAX_HALVINGS):

@@ -10,13 +10,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wam_cast.learning.kernel_ridge import KernelRidge, gaussian_kernel
 from wam_cast.learning.leave_one_out import tune_by_leave_one_out
-from wam_cast.threads import one_thread
-
-Array = NDArray[np.float64]
+from wam_cast.parallel.threads import one_thread
+from wam_cast.types import Array
 
 TUNING_ROWS = 500
 """At least so many training casts, and less than twice as many, choose the correction's sigma and lambda: each try costs their

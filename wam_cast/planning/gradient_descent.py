@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wam_cast.cast import cast_bounds, nearest_allowed
 from wam_cast.planning.plan import LONGEST_MISS, Solution
-from wam_cast.planning.predictor import Predictor
-
-Array = NDArray[np.float64]
+from wam_cast.planning.prediction import Predictor
+from wam_cast.types import Array
 
 MAX_STEPS = 200
 STEP_FACTOR = 1.0

@@ -9,16 +9,15 @@ from functools import partial
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wam_cast.cast import Cast, checked_cup
 from wam_cast.errors import InputError
-from wam_cast.planning.chance import Spread, clear_entry_probability, landing_spread
-from wam_cast.planning.predictor import Predictor
+from wam_cast.parallel.threads import one_thread
+from wam_cast.planning.landing_distribution import Spread, clear_entry_probability, landing_spread
+from wam_cast.planning.prediction import Predictor
 from wam_cast.planning.reach import Reach, checked_polar
-from wam_cast.threads import one_thread
+from wam_cast.types import Array
 
-Array = NDArray[np.float64]
 Method = Literal["program", "gradient"]
 
 METHODS: tuple[Method, ...] = get_args(Method)

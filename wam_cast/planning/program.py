@@ -12,18 +12,25 @@ from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.autodiffutils import ExtractGradient, ExtractValue, InitializeAutoDiff
 from pydrake.solvers import IpoptSolver, MathematicalProgram, NloptSolver, SnoptSolver, SolverOptions
 from scipy.special import expit
 
 from wam_cast.cast import PARAMETERS, cast_bounds, nearest_allowed
 from wam_cast.errors import InputError
-from wam_cast.planning.chance import N_SCATTER_CASTS, STEEP, repeatability, scatter_of_move
+from wam_cast.planning.landing_distribution import N_SCATTER_CASTS, STEEP, repeatability, scatter_of_move
 from wam_cast.planning.plan import Solution, Solver
-from wam_cast.planning.predictor import ALONG, ENTRY_ANGLE, PEAK_LOAD, PEAK_SPEED, SLACK, Expansion, Predictor
+from wam_cast.planning.prediction import (
+    ALONG,
+    ENTRY_ANGLE,
+    PEAK_LOAD,
+    PEAK_SPEED,
+    SLACK,
+    Expansion,
+    Predictor,
+)
+from wam_cast.types import Array
 
-Array = NDArray[np.float64]
 Term = Literal["model error", "repeatability", "entry angle", "slack", "limits"]
 
 TERMS: tuple[Term, ...] = get_args(Term)

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from itertools import product
 
 from wam_cast.arm_model import bearing_limits
+from wam_cast.casting_plane import from_polar, to_polar
 from wam_cast.errors import InputError
-from wam_cast.planning.predictor import Predictor
-
-Position = tuple[float, float]
+from wam_cast.planning.prediction import Predictor
+from wam_cast.types import Position
 
 BEARING_MARGIN = 0.01
 """How far from its stops [rad] joint 1 stays: a cast moves it by a little."""
@@ -71,17 +71,6 @@ class Reach:
 
     def _clip(self, distance: float) -> float:
         return min(max(distance, self.nearest), self.farthest)
-
-
-def to_polar(position: Position) -> tuple[float, float]:
-    """Return the distance of world (x, y) from the base axis [m] and its bearing [rad], which on the axis is 0."""
-    distance = math.hypot(*position)
-    return distance, math.atan2(position[1], position[0]) if distance else 0.0
-
-
-def from_polar(distance: float, bearing: float) -> Position:
-    """Return the world (x, y) [m] at a distance from the base axis [m] and a bearing [rad]."""
-    return distance * math.cos(bearing), distance * math.sin(bearing)
 
 
 def checked_polar(reach: Reach, cup: Position) -> tuple[float, float]:

@@ -1,0 +1,186 @@
+"""The map of the floor: which cups, which casts, how far off, how often caught."""
+
+import math
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import wam_cast as wc
+from wam_cast.casting_plane import from_polar
+from wam_cast.errors import InputError
+from wam_cast.experiments import floor_map as module
+from wam_cast.experiments.floor_map import FloorMap, MapSize, map_floor
+from wam_cast.experiments.statistics import wilson_interval
+from wam_cast.parallel.workers import run_rows
+from wam_cast.planning.plan import plan_cast
+from wam_cast.planning.reach import Reach
+from wam_cast.scenario import Noise, Scenario
+from wam_cast.simulation.outcome import Status
+
+SIZE = MapSize(n_radii=4, n_bearings=3, n_casts=2)
+
+
+@pytest.fixture
+def model():
+    return wc.reference_model()
+
+
+@pytest.fixture
+def noisy_model(model):
+    return model.bound_to(Scenario().model_copy(update={"noise": Noise.typical()}))
+
+
+# --- which cups and casts
+
+
+@pytest.mark.parametrize(
+    ("values", "name"), [((1, 3, 1), "n_radii"), ((3, 1, 1), "n_bearings"), ((3, 3, 0), "n_casts")]
+)
+def test_a_map_of_too_little_is_refused(values, name):
+    with pytest.raises(InputError, match=f"{name} = "):
+        MapSize(*values)
+
+
+def test_a_negative_seed_is_refused(floor_without_physics, model):
+    with pytest.raises(InputError, match="seed = -1"):
+        map_floor(model, SIZE, seed=-1)
+    assert not floor_without_physics.planned
+
+
+def test_cups_lie_evenly_over_the_whole_region(floor_without_physics, model):
+    floor, reach = map_floor(model, SIZE), Reach.of(model)
+    radii = [ring.radius for ring in floor.rings]
+    np.testing.assert_allclose(radii, np.linspace(reach.nearest, reach.farthest, 4))
+    for ring in floor.rings:
+        np.testing.assert_allclose(
+            [c.bearing for c in ring.casts], [reach.lowest, 0, reach.highest], atol=1e-12
+        )
+    assert floor.radii == model.reach
+    assert floor.bearings == (reach.lowest, reach.highest)
+    expected = [from_polar(radius, b) for radius in radii for b in (reach.lowest, 0.0, reach.highest)]
+    np.testing.assert_allclose([cup for _, cup, _ in floor_without_physics.cast], expected, atol=1e-12)
+
+
+def test_there_is_one_plan_for_each_radius_by_the_planner_that_was_asked_for(floor_without_physics, model):
+    floor = map_floor(model, SIZE, method="program", solver="ipopt")
+    assert floor_without_physics.planned == [((ring.radius, 0.0), "program", "ipopt") for ring in floor.rings]
+
+
+def test_a_turned_plan_still_makes_up_for_a_landing_beside_its_plane(floor_without_physics, model):
+    floor = map_floor(model, SIZE)
+    bearings = [cast.bearing + 0.02 for ring in floor.rings for cast in ring.casts]
+    assert [cast.bearing for cast, *_ in floor_without_physics.cast] == pytest.approx(bearings)
+
+
+def test_a_plan_is_turned_to_each_bearing_as_if_it_was_made_there(floor_without_physics, model, monkeypatch):
+    monkeypatch.setattr(module, "plan_cast", plan_cast)
+    map_floor(model, MapSize(2, 4), method="gradient")
+    for cast, cup, _ in floor_without_physics.cast:
+        inside = Reach.of(model).nearest_position(cup)  # the ends of the region, rounded, may be outside
+        there = plan_cast(model, inside, "gradient").cast
+        assert cast.bearing == pytest.approx(there.bearing, abs=0.01)
+        np.testing.assert_allclose(cast.to_array(), there.to_array(), atol=0.02)
+
+
+def test_noise_differs_from_cast_to_cast_and_from_seed_to_seed(floor_without_physics, noisy_model):
+    floor = map_floor(noisy_model, SIZE)
+    assert floor.is_noisy
+    assert [ring.n_casts for ring in floor.rings] == [6] * 4
+    seeds = [cast.noise_seed for ring in floor.rings for cast in ring.casts]
+    assert seeds == [seed for *_, seed in floor_without_physics.cast]
+    assert len(set(seeds)) == len(seeds) == floor.n_casts
+    assert not set(seeds) & {
+        c.noise_seed for r in map_floor(noisy_model, SIZE, seed=1).rings for c in r.casts
+    }
+
+
+def test_without_noise_each_cup_is_cast_at_once(floor_without_physics, model):
+    floor = map_floor(model, SIZE)
+    assert not floor.is_noisy
+    assert floor.n_casts == len(floor_without_physics.cast) == 12
+
+
+# --- what is measured
+
+
+def test_offsets_are_outward_and_to_the_left_at_every_bearing(floor_without_physics, model):
+    ring = map_floor(model, MapSize(2, 5)).rings[0]
+    for cast in ring.casts[1:]:
+        assert cast.along == pytest.approx(0.003, abs=1e-12)
+        assert cast.lateral == pytest.approx(0.002, abs=1e-12)
+        assert cast.miss == pytest.approx(math.hypot(0.003, 0.002))
+    assert ring.along.mean == pytest.approx(0.003)
+    assert ring.lateral.mean == pytest.approx(0.002)
+    assert ring.along.std == pytest.approx(0.0, abs=1e-12)
+
+
+def test_predictions_are_the_plans(floor_without_physics, model):
+    for ring in map_floor(model, SIZE).rings:
+        assert ring.predicted_along == pytest.approx(-0.001)
+        assert (ring.predicted_miss, ring.predicted_spread) == (0.001, (0.004, 0.003))
+        assert ring.clear_entry_probability == 1.0 - 0.5 * ring.radius
+        assert (ring.distance, ring.speed, ring.wait) == (0.3, 0.5, 0.1)
+        assert ring.is_feasible is (ring.radius < 0.9)
+
+
+def test_hit_rates_count_all_casts_at_a_radius(floor_without_physics, noisy_model):
+    *near, far = map_floor(noisy_model, SIZE).rings
+    for ring in near:
+        assert (ring.n_caught, ring.n_casts, ring.hit_rate) == (4, 6, 4 / 6)
+        assert ring.hit_interval == wilson_interval(4, 6)
+    assert (far.n_caught, far.hit_rate) == (0, 0.0)
+    assert map_floor(noisy_model, SIZE).n_caught == 12
+
+
+def test_a_ball_that_never_comes_down_has_no_offset(floor_without_physics, model):
+    ring = map_floor(model, SIZE).rings[0]
+    nowhere, *others = ring.casts
+    assert nowhere.status == "never_crossed"
+    assert (nowhere.along, nowhere.lateral, nowhere.miss) == (None, None, None)
+    assert [cast.is_caught for cast in others] == [True, True]
+    assert module._scatter([None, None]).mean is None
+
+
+def test_a_lost_worker_is_a_failed_cast(floor_without_physics, model, monkeypatch):
+    def lossy(function, rows, *_):
+        yield from (None if row == 1 else function(row) for row in rows)
+
+    monkeypatch.setattr(module, "run_rows", lossy)
+    floor = map_floor(model, SIZE)
+    lost = floor.rings[0].casts[1]
+    assert (lost.status, lost.along, lost.miss) == (Status.DIVERGED, None, None)
+    assert floor.rings[0].n_caught == 1
+
+
+def test_the_map_is_the_same_in_whatever_order_casts_are_done(
+    floor_without_physics, noisy_model, monkeypatch
+):
+    alone = map_floor(noisy_model, SIZE)
+    monkeypatch.setattr(module, "run_rows", run_rows)
+    with ThreadPoolExecutor(3) as executor:
+        assert map_floor(noisy_model, SIZE, executor=executor) == alone
+    assert FloorMap.model_validate_json(alone.model_dump_json()) == alone
+
+
+def test_progress_counts_plans_and_casts(floor_without_physics, model):
+    seen = []
+    map_floor(model, MapSize(2, 3), on_progress=lambda *done: seen.append(done))
+    assert seen == [("planning", n, 2) for n in (1, 2)] + [("casting", n, 6) for n in range(7)]
+
+
+@pytest.mark.slow
+def test_real_casts_are_caught_and_depend_neither_on_the_bearing_nor_on_the_number_of_workers(model):
+    floor = map_floor(model, MapSize(2, 2), method="gradient", n_workers=1)
+    assert map_floor(model, MapSize(2, 2), method="gradient", n_workers=2) == floor
+    assert floor.n_caught == floor.n_casts == 4
+    for ring in floor.rings:
+        left, right = ring.casts
+        assert left.along == pytest.approx(right.along, abs=2e-3)
+        assert abs(left.lateral) < 2e-3
+        assert math.hypot(left.along, left.lateral) == pytest.approx(left.miss, abs=1e-9)
+        turned = from_polar(ring.radius, left.bearing)
+        plan = plan_cast(model, (ring.radius, 0.0), "gradient")
+        cast = replace(plan.cast, bearing=plan.cast.bearing + left.bearing)
+        assert wc.simulate_cast(Scenario(), cast, turned, noise_seed=left.noise_seed).miss == left.miss

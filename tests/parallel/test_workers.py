@@ -1,0 +1,55 @@
+"""Worker processes over several batches: kept while they are whole, replaced when they are not."""
+
+import os
+import time
+
+import pytest
+
+from wam_cast.parallel.workers import Workers, run_rows
+
+
+def test_processes_serve_all_batches_and_end_with_the_context(helper):
+    with Workers(1) as workers:
+        (process, *others) = set(workers.run(helper.process, range(5)))
+        assert others == []
+        assert process != os.getpid()
+        assert set(run_rows(helper.process, range(5), workers)) == {process}
+    with pytest.raises(ProcessLookupError):
+        os.kill(process, 0)
+
+
+def test_a_row_that_kills_its_process_in_a_later_batch_loses_itself_alone(helper):
+    with Workers(1) as workers:
+        (first,) = set(workers.run(helper.process, range(3)))
+        *found, lost, after, last = workers.run(helper.process_or_death, [0, 1, -1, 2, 3])
+        assert lost is None
+        assert None not in (*found, after, last)
+        # The broken pool is not asked again: what follows has one process, and not one for each row.
+        (new,) = {after, last, *workers.run(helper.process, range(4))}
+        assert new != first
+        assert list(workers.run(helper.square, range(6))) == [0, 1, 4, None, 16, 25]
+
+
+def test_a_batch_that_was_left_early_keeps_nobody_waiting(helper):
+    with Workers(1) as workers:
+        results = workers.run(helper.sleep, [0, 40, 40])
+        next(results)
+        start = time.perf_counter()
+        results.close()
+        assert list(workers.run(helper.square, [2])) == [4]
+        assert time.perf_counter() - start < 20
+
+
+def test_a_batch_that_failed_keeps_nobody_waiting(helper):
+    with Workers(2) as workers:
+        with pytest.raises(ZeroDivisionError, match="row 100"):
+            list(workers.run(helper.square, [0, 100, 2]))
+        assert list(workers.run(helper.square, [2, 4])) == [4, 16]
+        assert list(workers.run(helper.square, [])) == []
+
+
+def test_rows_beside_the_one_that_kills_its_process_are_not_lost_in_a_later_batch_either(helper):
+    with Workers(2) as workers:
+        assert len(list(workers.run(helper.process, range(4)))) == 4
+        found = list(workers.run(helper.square, range(6)))
+        assert found == [None if row == 3 else row * row for row in range(6)]

@@ -1,0 +1,67 @@
+"""Prediction: what a plan says of its cast, said of any cast and cup."""
+
+import math
+
+import numpy as np
+import pytest
+
+from wam_cast.learning.forward_model import reference_model
+from wam_cast.planning.forecast import Prediction
+from wam_cast.planning.landing_distribution import clear_entry_probability, landing_spread
+from wam_cast.planning.plan import plan_cast
+from wam_cast.planning.prediction import ENTRY_ANGLE
+from wam_cast.scenario import Noise, Scenario
+
+NOISE = Noise(distance=0.004, speed=0.01, wait=0.005, swing=0.004)
+
+
+@pytest.fixture(scope="module")
+def model():
+    return reference_model().bound_to(Scenario().model_copy(update={"noise": NOISE}))
+
+
+@pytest.fixture(scope="module")
+def plan(model):
+    """Return a plan for a cup beside the arm, so that the casting plane's axes are not the world's."""
+    return plan_cast(model, (0.3, -0.6))
+
+
+def test_of_a_plans_cast_and_cup_it_says_what_the_plan_does(model, plan):
+    prediction = Prediction.of(model, plan.cast, plan.cup)
+    np.testing.assert_allclose(prediction.landing, plan.predicted_landing, atol=1e-9)
+    assert prediction.miss == pytest.approx(plan.predicted_miss, abs=1e-9)
+    assert prediction.spread == pytest.approx(plan.predicted_spread, rel=1e-9)
+    assert prediction.clear_entry_probability == pytest.approx(plan.clear_entry_probability, abs=1e-6)
+    assert prediction.peak_load == pytest.approx(plan.predicted_peak_load)
+    assert prediction.peak_speed == pytest.approx(plan.predicted_peak_speed)
+
+
+def test_noise_of_the_scenario_widens_the_spread_and_lowers_the_chance(model, plan):
+    noisy = Prediction.of(model, plan.cast, plan.cup)
+    exact = Prediction.of(reference_model(), plan.cast, plan.cup)
+    np.testing.assert_array_equal(noisy.landing, exact.landing)
+    assert noisy.spread.across == pytest.approx(NOISE.swing * model.scenario.string.length)
+    assert exact.spread.across == 0
+    assert noisy.spread.along > math.hypot(exact.spread.along, noisy.spread.across)
+    assert noisy.clear_entry_probability < exact.clear_entry_probability - 0.01
+
+
+@pytest.mark.parametrize(("along", "across"), [(0.004, 0.0), (-0.004, 0.0), (0.0, 0.004), (0.0, -0.004)])
+def test_of_a_cup_beside_the_landing_the_chance_is_that_of_the_offset_in_the_casting_plane(
+    model, plan, along, across
+):
+    c, s = math.cos(plan.cast.bearing), math.sin(plan.cast.bearing)
+    # The ball lands beyond the cup by `along` and to its left by `across`.
+    x, y = plan.predicted_landing - [c * along - s * across, s * along + c * across]
+    prediction = Prediction.of(model, plan.cast, (x, y))
+    parameters = plan.cast.to_array()
+    entry_angle = model.predict(parameters[np.newaxis])[0, ENTRY_ANGLE]
+    spread = landing_spread(model, parameters, NOISE)
+
+    def chance(*offset):
+        return clear_entry_probability(model.scenario, entry_angle, offset, spread)
+
+    assert abs(chance(along, across) - chance(across, along)) > 0.01, "the two directions can be told apart"
+    assert prediction.clear_entry_probability == pytest.approx(chance(along, across), abs=1e-6)
+    assert prediction.miss == pytest.approx(0.004)
+    np.testing.assert_allclose(prediction.landing, plan.predicted_landing, atol=1e-9)

@@ -1,0 +1,348 @@
+"""The control law in closed form at single states, and a context that holds all there is to hold."""
+
+import numpy as np
+import pytest
+from pydrake.math import RigidTransform, RollPitchYaw
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import JacobianWrtVariable
+from pydrake.systems.analysis import Simulator
+
+from wam_cast.arm_model import models_directory
+from wam_cast.cast import Cast
+from wam_cast.motion.stages import CastMotion, Stage
+from wam_cast.robot.controller import DIFFERENTIALS, CastController, motor_load, saturate
+from wam_cast.robot.station import CastStation
+from wam_cast.scenario import Scenario
+
+OUTPUTS = ("actuation", "hand", "hand_desired", "stage")
+LIMITS = np.array([10.0, 20.0, 40.0, 10.0, 5.0, 10.0, 2.0])
+
+# Gains low enough that no motor saturates away from the reference, and unequal, so that none passes for another.
+SOFT = Scenario.from_dict(
+    {
+        "controller": {
+            "kp": 60.0,
+            "kd": 17.0,
+            "posture_stiffness": [2.0, 3.0, 4.0, 5.0, 0.6, 0.7, 0.08],
+            "posture_damping": [0.9, 0.8, 0.7, 0.6, 0.05, 0.04, 0.003],
+        }
+    }
+)
+CAST = Cast(0.3, 0.6, 0.1, bearing=0.25)
+STATE_A = np.array([-0.2, 0.0, 0.15, 2.7, -0.1, -0.6, 0.2, 0.3, -0.2, 0.1, 0.4, -0.3, 0.2, -0.1])
+STATE_B = np.array([0.1, -0.2, -0.1, 2.4, 0.3, -0.9, -0.4, -0.1, 0.5, 0.2, -0.4, 0.1, 0.6, 0.3])
+
+
+class Arm:
+    """The arm in a plant of the test's own, built from the model file alone."""
+
+    def __init__(self, mount_height=1.346):
+        self.plant = MultibodyPlant(0.0)
+        Parser(self.plant).AddModels(str(models_directory() / "wam7.urdf"))
+        X_WB = RigidTransform(RollPitchYaw(np.pi, 0, 0), [0, 0, mount_height])
+        self.plant.WeldFrames(self.plant.world_frame(), self.plant.GetFrameByName("base"), X_WB)
+        self.plant.Finalize()
+        self.context = self.plant.CreateDefaultContext()
+        self.hand = self.plant.GetFrameByName("tool_plate")
+
+    def hand_position(self, q):
+        self.plant.SetPositions(self.context, q)
+        return self.hand.CalcPoseInWorld(self.context).translation()
+
+    def jacobian(self, q):
+        """Return the hand's Jacobian by differences of its position: nothing of Drake's Jacobians."""
+        h = 1e-6
+        columns = [
+            (self.hand_position(q + h * e) - self.hand_position(q - h * e)) / (2 * h) for e in np.eye(7)
+        ]
+        return np.array(columns).T
+
+    def exact_jacobian(self, q):
+        self.plant.SetPositions(self.context, q)
+        world = self.plant.world_frame()
+        return self.plant.CalcJacobianSpatialVelocity(
+            self.context, JacobianWrtVariable.kQDot, self.hand, np.zeros(3), world, world
+        )[3:]
+
+    def holding_torque(self, q):
+        self.plant.SetPositions(self.context, q)
+        return -self.plant.CalcGravityGeneralizedForces(self.context)
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return Arm()
+
+
+@pytest.fixture(scope="module")
+def controller():
+    return CastController(SOFT)
+
+
+def context_of(controller, state=STATE_A, time=0.3, cast=CAST):
+    context = controller.CreateDefaultContext()
+    controller.get_input_port().FixValue(context, state)
+    controller.set_cast(context, cast)
+    context.SetTime(time)
+    return context
+
+
+def set_state(controller, context, state):
+    controller.get_input_port().FixValue(context, state)
+
+
+def outputs(controller, context):
+    return {name: controller.GetOutputPort(name).Eval(context).copy() for name in OUTPUTS}
+
+
+def assert_same(found, expected):
+    for name in OUTPUTS:
+        np.testing.assert_array_equal(found[name], expected[name], err_msg=name)
+
+
+# ---------------------------------------------------------------- the law
+
+
+@pytest.mark.parametrize("state", [STATE_A, STATE_B], ids="AB")
+@pytest.mark.parametrize("time", [0.0, 0.8, 2.0, 3.1, 3.5, 3.9])  # the turn ends at 2.83 s
+def test_torque_is_the_law_in_closed_form(controller, arm, state, time):
+    q, v = state[:7], state[7:]
+    J = arm.exact_jacobian(q)
+    np.testing.assert_allclose(J, arm.jacobian(q), atol=1e-9)
+    motion = CastMotion(SOFT, CAST)
+    p_desired, v_desired = motion.evaluate(time)
+    u_x = 60.0 * (p_desired - arm.hand_position(q)) + 17.0 * (v_desired - J @ v)
+    # The posture: the hand at the start of the cast, joints 3, 5 and 7 at zero and the wrist where the scenario has it; it turns.
+    bearing, rate = motion.bearing(time)
+    q_posture = start_by_search(arm, SOFT, bearing)
+    v_posture = np.array([-rate, 0, 0, 0, 0, 0, 0])
+    pull = np.array([2.0, 3.0, 4.0, 5.0, 0.6, 0.7, 0.08]) * (q_posture - q)
+    pull += np.array([0.9, 0.8, 0.7, 0.6, 0.05, 0.04, 0.003]) * (v_posture - v)
+    N = np.eye(7) - J.T @ np.linalg.inv(J @ J.T) @ J
+    expected = J.T @ u_x + arm.holding_torque(q) + N @ pull
+    assert motor_load(expected, controller.torque_limits).max() < 1, "the test's state must not saturate"
+    found = controller.GetOutputPort("actuation").Eval(context_of(controller, state, time))
+    np.testing.assert_allclose(found, expected, atol=1e-10, rtol=0)
+
+
+def test_straight_arm_gets_a_torque_of_ordinary_size(controller, arm):
+    # It cannot push along itself: J J^T is singular, and the posture must do with the forces that are left.
+    q = np.zeros(7)
+    J = arm.exact_jacobian(q)
+    assert np.linalg.matrix_rank(J) == 2
+    p_desired, v_desired = CastMotion(SOFT, CAST).evaluate(3.1)
+    u_x = 60.0 * (p_desired - arm.hand_position(q)) + 17.0 * v_desired
+    pull = np.array([2.0, 3.0, 4.0, 5.0, 0.6, 0.7, 0.08]) * start_by_search(arm, SOFT, CAST.bearing)
+    expected = J.T @ u_x + arm.holding_torque(q) + pull - J.T @ np.linalg.pinv(J.T) @ pull
+    assert np.all(np.abs(expected) < 60)
+    found = outputs(controller, context_of(controller, np.zeros(14), time=3.1))["actuation"]
+    np.testing.assert_allclose(found, saturate(expected, controller.torque_limits), atol=1e-6)
+
+
+def start_by_search(arm, scenario, bearing):
+    """Return the starting posture by Newton's method on the test's own arm, in place of the law of cosines."""
+    q = np.array([-bearing, 0.0, 0.0, 2.9, 0.0, scenario.arm.wrist_pitch, 0.0])
+    motion = scenario.motion
+    outward = np.array([np.cos(bearing), np.sin(bearing), 0.0])
+    goal = motion.start_radius * outward + [0, 0, motion.start_height]
+    for _ in range(30):
+        J = arm.exact_jacobian(q)[:, [1, 3]]
+        error = goal - arm.hand_position(q)
+        in_plane = np.array([outward, [0, 0, 1]])
+        q[[1, 3]] += np.linalg.solve(in_plane @ J, in_plane @ error)
+    np.testing.assert_allclose(arm.hand_position(q), goal, atol=1e-13)
+    assert 0 < q[3] < np.pi, "the elbow bends forward"
+    return q
+
+
+def test_posture_gives_no_force_at_the_hand(arm):
+    # At the same arm state, only the posture's gains differ: what they add must be statically without force at the hand.
+    torques = []
+    for stiffness in ([0.0] * 7, [5.0, 4.0, 3.0, 2.0, 1.0, 0.9, 0.2]):
+        scenario = Scenario.from_dict(
+            {
+                "controller": {
+                    "kp": 60.0,
+                    "kd": 17.0,
+                    "posture_stiffness": stiffness,
+                    "posture_damping": [0.0] * 7,
+                }
+            }
+        )
+        torques.append(outputs(c := CastController(scenario), context_of(c))["actuation"])
+    added = torques[1] - torques[0]
+    assert np.linalg.norm(added) > 0.1
+    J = arm.jacobian(STATE_A[:7])
+    np.testing.assert_allclose(np.linalg.solve(J @ J.T, J @ added), 0, atol=1e-7)
+
+
+def test_arm_alone_needs_its_weight_alone_at_the_start(arm):
+    scenario = Scenario()
+    controller = CastController(scenario)
+    q = start_by_search(arm, scenario, 0.0)
+    context = context_of(controller, np.r_[q, np.zeros(7)], time=0.0, cast=Cast(0.3, 0.6, 0.1))
+    np.testing.assert_allclose(outputs(controller, context)["actuation"], arm.holding_torque(q), atol=1e-9)
+
+
+def test_hand_output_is_forward_kinematics(controller, arm):
+    q, v = STATE_A[:7], STATE_A[7:]
+    hand = outputs(controller, context_of(controller))["hand"]
+    np.testing.assert_allclose(hand[:3], arm.hand_position(q), atol=1e-14)
+    h = 1e-6
+    by_difference = (arm.hand_position(q + h * v) - arm.hand_position(q - h * v)) / (2 * h)
+    np.testing.assert_allclose(hand[3:], by_difference, atol=1e-8)
+
+
+@pytest.mark.parametrize("time", [0.0, 0.3, 2.9, 3.6, 5.5, 7.0])
+def test_reference_outputs_are_those_of_the_motion(controller, time):
+    motion = CastMotion(SOFT, CAST)
+    found = outputs(controller, context_of(controller, time=time))
+    np.testing.assert_array_equal(found["hand_desired"], np.concatenate(motion.evaluate(time)))
+    assert found["stage"] == [motion.stage(time)]
+
+
+def test_stage_output_counts_through_the_cast(controller):
+    ends = CastMotion(SOFT, CAST).stage_ends
+    stages = [outputs(controller, context_of(controller, time=t - 1e-3))["stage"][0] for t in ends]
+    assert stages == list(Stage)
+
+
+# ---------------------------------------------------------------- saturation
+
+
+def test_torque_within_the_motors_is_left_alone():
+    torque = np.array([9.0, -9.0, 18.0, -9.9, 2.0, 5.0, 1.9])
+    np.testing.assert_array_equal(saturate(torque, LIMITS), torque)
+
+
+@pytest.mark.parametrize("joint", [0, 3, 6])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_joint_of_its_own_is_clipped(joint, sign):
+    torque = np.full(7, 0.1)
+    torque[joint] = sign * 3 * LIMITS[joint]
+    expected = torque.copy()
+    expected[joint] = sign * LIMITS[joint]
+    np.testing.assert_allclose(saturate(torque, LIMITS), expected, rtol=1e-15)
+
+
+@pytest.mark.parametrize("pair", DIFFERENTIALS, ids=str)
+@pytest.mark.parametrize("signs", [(1, 1), (1, -1), (-1, 1)])
+def test_differential_pair_is_scaled_and_keeps_its_direction(pair, signs):
+    # Each joint alone would be within its limit; together they ask 1.6 times what their two motors give.
+    a, b = pair
+    torque = np.full(7, 0.1)
+    torque[a], torque[b] = 0.9 * signs[0] * LIMITS[a], 0.7 * signs[1] * LIMITS[b]
+    found = saturate(torque, LIMITS)
+    np.testing.assert_allclose(found[[a, b]], torque[[a, b]] / 1.6, rtol=1e-14)
+    others = np.setdiff1d(np.arange(7), pair)
+    np.testing.assert_array_equal(found[others], torque[others])
+    assert motor_load(found, LIMITS)[a] == pytest.approx(1.0, rel=1e-14)
+
+
+def test_saturation_leaves_its_argument_alone():
+    torque = 10 * LIMITS
+    saturate(torque, LIMITS)
+    np.testing.assert_array_equal(torque, 10 * LIMITS)
+
+
+def test_motor_load_is_the_share_of_each_joints_motors():
+    torque = np.array([[5.0, 10.0, 10.0, -10.0, 1.0, -3.0, 0.0], np.zeros(7)])
+    expected = [[0.5, 0.75, 0.75, 1.0, 0.5, 0.5, 0.0], np.zeros(7)]
+    np.testing.assert_allclose(motor_load(torque, LIMITS), expected, rtol=1e-15)
+
+
+def test_stiff_controller_far_from_its_reference_stays_within_the_motors(arm):
+    controller = CastController(Scenario.from_dict({"controller": {"kp": 1e6}}))
+    torque = outputs(controller, context_of(controller))["actuation"]
+    load = motor_load(torque, arm.plant.GetEffortUpperLimits())
+    assert load.max() == pytest.approx(1.0, abs=1e-12)
+    assert np.all(load < 1 + 1e-12)
+
+
+# ---------------------------------------------------------------- the context holds all state
+
+
+def test_outputs_do_not_depend_on_what_was_evaluated_before(controller):
+    used = context_of(controller)
+    expected = outputs(controller, used)
+    set_state(controller, used, STATE_B)
+    used.SetTime(0.7)
+    controller.set_cast(used, Cast(0.1, 0.3, 0.4, -0.5))
+    other = outputs(controller, used)
+    assert not np.array_equal(other["actuation"], expected["actuation"])
+    set_state(controller, used, STATE_A)
+    used.SetTime(0.3)
+    controller.set_cast(used, CAST)
+    assert_same(outputs(controller, used), expected)
+    fresh = CastController(SOFT)
+    assert_same(outputs(fresh, context_of(fresh)), expected)
+
+
+def test_outputs_do_not_depend_on_the_order_of_evaluation(controller):
+    expected = outputs(controller, context_of(controller))
+    for name in OUTPUTS:
+        alone = controller.GetOutputPort(name).Eval(context_of(controller))
+        np.testing.assert_array_equal(alone, expected[name])
+
+
+def test_cast_round_trips_through_the_context_and_no_other_context(controller):
+    one, other = context_of(controller), context_of(controller)
+    controller.set_cast(one, Cast(0.11, 0.22, 0.33, -0.44))
+    assert controller.get_cast(one) == Cast(0.11, 0.22, 0.33, -0.44)
+    assert controller.get_cast(other) == CAST
+
+
+def test_new_cast_changes_every_output_that_depends_on_it(controller):
+    context = context_of(controller, time=3.35)  # in the wait, and then in the move
+    before = outputs(controller, context)
+    controller.set_cast(context, Cast(0.3, 0.5, 0.1, bearing=0.25))
+    after = outputs(controller, context)
+    fresh = context_of(controller, time=3.35, cast=Cast(0.3, 0.5, 0.1, 0.25))
+    assert_same(after, outputs(controller, fresh))
+    for name in ("actuation", "hand_desired", "stage"):
+        assert not np.array_equal(before[name], after[name]), name
+    np.testing.assert_array_equal(before["hand"], after["hand"])
+
+
+def test_clone_gives_what_its_original_gave(controller):
+    # The clone's caches count as up to date: what they hold must be worth it.
+    context = context_of(controller)
+    outputs(controller, context)
+    clone = context.Clone()
+    clone.SetTime(0.45)
+    assert_same(outputs(controller, clone), outputs(controller, context_of(controller, time=0.45)))
+
+
+def test_clone_and_original_do_not_share_anything(controller):
+    context = context_of(controller)
+    expected = outputs(controller, context)
+    clone = context.Clone()
+    controller.set_cast(clone, Cast(0.1, 0.3, 0.4, -0.5))
+    set_state(controller, clone, STATE_B)
+    in_clone = outputs(controller, clone)
+    # A change of time makes the original compute its torque anew, from an arm context that must still be its own.
+    context.SetTime(0.31)
+    context.SetTime(0.3)
+    assert_same(outputs(controller, context), expected)
+
+    controller.set_cast(context, Cast(0.2, 0.4, 0.0, 0.1))
+    set_state(controller, context, 0.5 * STATE_A)
+    outputs(controller, context)
+    clone.SetTime(0.31)
+    clone.SetTime(0.3)
+    assert_same(outputs(controller, clone), in_clone)
+
+
+def test_simulating_writes_no_attribute():
+    station = CastStation(Scenario(), has_scene=False)
+    before = dict(vars(station.controller))
+    arrays = {name: value.copy() for name, value in before.items() if isinstance(value, np.ndarray)}
+    simulator = Simulator(station.diagram)
+    station.set_start(simulator.get_mutable_context(), Cast(0.3, 0.6, 0.1))
+    simulator.AdvanceTo(0.05)
+    after = vars(station.controller)
+    assert after.keys() == before.keys()
+    assert all(after[name] is before[name] for name in before)
+    for name, value in arrays.items():
+        np.testing.assert_array_equal(after[name], value)

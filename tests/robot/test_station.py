@@ -1,0 +1,287 @@
+"""The station: its ports and parts, the sampling, its start, and the friction of the joints."""
+
+import csv
+
+import numpy as np
+import pytest
+from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
+from pydrake.systems.framework import LeafSystem
+
+from wam_cast.arm_model import arm_coulomb_friction, models_directory
+from wam_cast.cast import Cast
+from wam_cast.motion.stages import CastMotion
+from wam_cast.robot.station import FRICTION_SPEED, CastStation
+from wam_cast.scenario import Scenario
+
+CAST = Cast(0.3, 0.6, 0.1, bearing=0.4)
+PORTS = {
+    "state": 2 * (7 + 2 * 10),
+    "arm_state": 14,
+    "ball_position": 3,
+    "ball_velocity": 3,
+    "hand": 6,
+    "hand_desired": 6,
+    "stage": 1,
+    "torque": 7,
+}
+
+
+class Stub(LeafSystem):
+    """A controller in place of the package's: a constant torque, and the casts that it was told."""
+
+    def __init__(self, torque):
+        super().__init__()
+        self.torque = np.array(torque)
+        self.casts = []
+        self.DeclareVectorInputPort("arm_state", 14)
+        self.DeclareVectorOutputPort(
+            "actuation", 7, lambda context, output: output.SetFromVector(self.torque)
+        )
+        for name, size in (("hand", 6), ("hand_desired", 6), ("stage", 1)):
+            self.DeclareVectorOutputPort(name, size, lambda context, output: output.SetZero())
+
+    def set_cast(self, context, cast):
+        self.casts.append(cast)
+
+
+def started(station, cast=CAST, cup=None, step=0.002):
+    """Return a simulator of `station` at the start of `cast`, under the integrator of a flight."""
+    simulator = Simulator(station.diagram)
+    ResetIntegratorFromFlags(simulator, "runge_kutta2", step)
+    station.set_start(simulator.get_mutable_context(), cast, cup)
+    simulator.Initialize()
+    return simulator
+
+
+def read(station, simulator, name):
+    return station.diagram.GetOutputPort(name).Eval(simulator.get_context()).copy()
+
+
+@pytest.fixture(scope="module")
+def flight():
+    return CastStation(Scenario(), has_scene=False)
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return CastStation(Scenario())
+
+
+# ---------------------------------------------------------------- ports and parts
+
+
+@pytest.mark.parametrize("has_scene", [True, False])
+def test_ports_are_exported_by_name(flight, scene, has_scene):
+    diagram = (scene if has_scene else flight).diagram
+    ports = [diagram.get_output_port(i) for i in range(diagram.num_output_ports())]
+    assert {port.get_name(): port.size() for port in ports} == PORTS
+    assert diagram.num_input_ports() == 0
+
+
+def test_ports_mean_what_they_say(flight):
+    simulator = started(flight)
+    simulator.AdvanceTo(0.31)
+    plant_context = flight.plant.GetMyContextFromRoot(simulator.get_context())
+    state = flight.plant.GetPositionsAndVelocities(plant_context)
+    ball, hand = (flight.plant.GetBodyByName(name) for name in ("ball", "tool_plate"))
+    expected = {
+        "state": state,
+        "arm_state": np.r_[state[:7], state[27:34]],
+        "ball_position": ball.EvalPoseInWorld(plant_context).translation(),
+        "ball_velocity": ball.EvalSpatialVelocityInWorld(plant_context).translational(),
+        "hand": np.r_[
+            hand.EvalPoseInWorld(plant_context).translation(),
+            hand.EvalSpatialVelocityInWorld(plant_context).translational(),
+        ],
+        "hand_desired": np.concatenate(CastMotion(Scenario(), CAST).evaluate(0.31)),
+        "stage": [0],
+    }
+    for name, value in expected.items():
+        np.testing.assert_allclose(read(flight, simulator, name), value, atol=1e-12, err_msg=name)
+
+
+def test_torque_port_is_what_moves_the_arm(flight):
+    simulator = started(flight)
+    simulator.AdvanceTo(0.301)
+    torque = read(flight, simulator, "torque")
+    plant_context = flight.plant.GetMyContextFromRoot(simulator.get_context())
+    actuation = flight.plant.get_actuation_input_port().Eval(plant_context)
+    np.testing.assert_array_equal(torque, actuation)
+    assert np.abs(torque).max() > 1
+
+
+def test_graph_names_the_parts(scene):
+    graph = scene.graph()
+    for name in ("plant", "scene_graph", "controller", "hold", "ball_tracker", "state_log", "torque_log"):
+        assert name in graph, name
+    for name in PORTS:
+        assert name in graph, name
+    assert graph.startswith("digraph")
+
+
+def test_scene_adds_geometry_and_nothing_else(flight, scene):
+    assert flight.scene_graph is None
+    assert scene.plant.num_collision_geometries() == 1 + 16 + 1 + 1  # ball, wall, bottom, floor
+    assert flight.plant.num_positions() == scene.plant.num_positions() == 27
+    masses = [s.plant.CalcTotalMass(s.plant.CreateDefaultContext()) for s in (flight, scene)]
+    assert masses[1] - masses[0] == pytest.approx(0.1)  # the cup, which is welded to the floor
+
+
+# ---------------------------------------------------------------- sampling
+
+
+def test_torque_is_held_for_a_period(flight):
+    simulator = started(flight)
+    simulator.AdvanceTo(0.2005)
+    held = read(flight, simulator, "torque")
+    asked = flight.controller.GetOutputPort("actuation")
+
+    def wanted():
+        return asked.Eval(flight.controller.GetMyContextFromRoot(simulator.get_context())).copy()
+
+    for t in (0.2010, 0.2015, 0.2019):
+        simulator.AdvanceTo(t)
+        np.testing.assert_array_equal(read(flight, simulator, "torque"), held)
+        assert not np.array_equal(wanted(), held)
+    simulator.AdvanceTo(0.202)  # events at the end of an advance wait for the next one
+    sampled = wanted()
+    simulator.AdvanceTo(0.2025)
+    np.testing.assert_array_equal(read(flight, simulator, "torque"), sampled)
+
+
+def test_logs_have_a_sample_a_period(flight):
+    simulator = started(flight)
+    simulator.AdvanceTo(0.1)
+    times, states, torques = flight.logged(simulator.get_context())
+    np.testing.assert_allclose(times, 0.002 * np.arange(51), atol=1e-12)
+    assert states.shape == (51, 54)
+    assert torques.shape == (51, 7)
+    np.testing.assert_array_equal(states[-1], read(flight, simulator, "state"))
+    # Each sample of the torque is the one that was held up to its time.
+    np.testing.assert_array_equal(torques[-1], read(flight, simulator, "torque"))
+    np.testing.assert_array_equal(torques[0], 0)
+
+
+# ---------------------------------------------------------------- the start
+
+
+@pytest.mark.parametrize("bearing", [0.0, 0.4, -1.3])
+def test_start_puts_the_hand_and_the_ball_where_the_scenario_says(flight, bearing):
+    simulator = Simulator(flight.diagram)
+    flight.set_start(simulator.get_mutable_context(), CAST, start_bearing=bearing)
+    p_WE = np.array([0.20 * np.cos(bearing), 0.20 * np.sin(bearing), 0.80])
+    np.testing.assert_allclose(read(flight, simulator, "hand"), [*p_WE, 0, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(read(flight, simulator, "ball_position"), p_WE - [0, 0, 0.6], atol=1e-12)
+    np.testing.assert_array_equal(read(flight, simulator, "ball_velocity"), 0)
+
+
+def test_start_forgets_all_that_came_before(scene):
+    used = started(scene, Cast(0.1, 0.3, 0.0, -0.5), cup=(0.5, 0.2))
+    used.AdvanceTo(0.15)
+    context = used.get_mutable_context()
+    scene.set_start(context, CAST, (0.6, 0.1))
+    fresh = scene.diagram.CreateDefaultContext()
+    scene.set_start(fresh, CAST, (0.6, 0.1))
+    assert context.get_time() == 0
+    np.testing.assert_array_equal(
+        context.get_continuous_state_vector().CopyToVector(),
+        fresh.get_continuous_state_vector().CopyToVector(),
+    )
+    groups = [c.get_discrete_state() for c in (context, fresh)]
+    for i in range(groups[0].num_groups()):
+        np.testing.assert_array_equal(*(group.get_vector(i).value() for group in groups))
+    assert len(scene.logged(context)[0]) == 0
+    assert scene.controller.get_cast(scene.controller.GetMyContextFromRoot(context)) == CAST
+    scene.set_start(context, CAST)  # the cup of the last cast does not stay either
+    np.testing.assert_allclose(cup_position(scene, context), [0, 0, 0.12], atol=1e-15)
+
+
+def cup_position(station, context):
+    body = station.plant.GetBodyByName("cup")
+    return body.EvalPoseInWorld(station.plant.GetMyContextFromRoot(context)).translation()
+
+
+def test_cup_stands_where_it_is_put_in_its_own_context_only(scene):
+    one, other = scene.diagram.CreateDefaultContext(), scene.diagram.CreateDefaultContext()
+    scene.set_cup(one, (0.7, -0.2))
+    np.testing.assert_allclose(cup_position(scene, one), [0.7, -0.2, 0.12], atol=1e-15)
+    np.testing.assert_allclose(cup_position(scene, other), [0, 0, 0.12], atol=1e-15)
+
+
+def test_arm_at_rest_holds_still():
+    # A move so slow that it has hardly begun: the spline is 10 u^3 of 0.1 mm.
+    station = CastStation(Scenario(), has_scene=False)
+    simulator = started(station, Cast(1e-4, 1e-5, 0.0))
+    start = read(station, simulator, "hand")[:3]
+    simulator.AdvanceTo(0.5)
+    hand = read(station, simulator, "hand")
+    # The controller knows nothing of string and ball: 0.32 N on 6000 N/m.
+    assert np.linalg.norm(hand[:3] - start) < 1e-4
+    assert hand[2] - start[2] == pytest.approx(-0.033 * 9.81 / 6000, rel=0.1)
+    assert np.linalg.norm(hand[3:]) < 1e-4
+
+
+# ---------------------------------------------------------------- other controllers
+
+
+def test_controller_can_be_replaced():
+    stub = Stub([1.0, -2.0, 0.3, 0.4, 0.05, -0.06, 0.01])
+    station = CastStation(Scenario(), has_scene=False, controller=stub)
+    assert station.controller is stub
+    simulator = started(station)
+    simulator.AdvanceTo(0.1)
+    assert stub.casts == [CAST]
+    np.testing.assert_array_equal(read(station, simulator, "torque"), stub.torque)
+    assert read(station, simulator, "hand_desired").tolist() == [0] * 6
+    # With nothing that holds it, the arm falls.
+    state = read(station, simulator, "arm_state")
+    assert np.linalg.norm(state[7:]) > 0.1
+
+
+# ---------------------------------------------------------------- friction
+
+
+def joint_acceleration(share, v_arm):
+    """Return the arm's accelerations (7,) and the mass matrix's arm rows without torque, at speeds `v_arm`."""
+    scenario = Scenario.from_dict({"arm": {"coulomb_friction": share}})
+    station = CastStation(scenario, has_scene=False, controller=Stub(np.zeros(7)))
+    simulator = started(station)
+    plant_context = station.plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+    v = np.zeros(27)
+    v[:7] = v_arm
+    station.plant.SetVelocities(plant_context, v)
+    derivatives = station.diagram.EvalTimeDerivatives(simulator.get_context()).CopyToVector()
+    return derivatives[27:], station.plant.CalcMassMatrix(plant_context)
+
+
+@pytest.mark.parametrize("share", [1.0, 0.5])
+@pytest.mark.parametrize("relative_speed", [3.0, -3.0, 0.4, 0.0])
+def test_friction_opposes_each_joint_with_its_own_torque(share, relative_speed):
+    v_arm = relative_speed * FRICTION_SPEED * np.array([1, -1, 1, 1, -1, 1, -1])
+    with_friction, M = joint_acceleration(share, v_arm)
+    without, _ = joint_acceleration(0.0, v_arm)
+    torque = M @ (with_friction - without)
+    with (models_directory() / "wam7_parameters.csv").open(encoding="utf-8", newline="") as file:
+        sheet = np.array(
+            [float(row["coulomb"]) for row in csv.DictReader(file) if row["joint_type"] == "revolute"]
+        )
+    np.testing.assert_array_equal(arm_coulomb_friction(), sheet)
+    expected = -share * sheet * np.clip(v_arm / FRICTION_SPEED, -1, 1)
+    np.testing.assert_allclose(torque[:7], expected, atol=1e-9)
+    np.testing.assert_allclose(torque[7:], 0, atol=1e-9)
+
+
+def test_arm_works_against_its_friction():
+    errors = []
+    for share in (0.0, 1.0):
+        scenario = Scenario.from_dict({"arm": {"coulomb_friction": share}})
+        station = CastStation(scenario, has_scene=False)
+        simulator = started(station, step=0.0005)
+        worst = 0.0
+        for t in np.arange(0.05, 0.55, 0.05):
+            simulator.AdvanceTo(t)
+            hand, desired = (read(station, simulator, name) for name in ("hand", "hand_desired"))
+            worst = max(worst, np.linalg.norm((hand - desired)[:3]))
+        errors.append(worst)
+    assert errors[1] < 0.015
+    assert abs(errors[1] - errors[0]) > 1e-4  # and it feels it

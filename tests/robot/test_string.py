@@ -1,0 +1,449 @@
+"""String and ball against closed forms: pendulum, hanging chain, free fall, dissipation."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import FixedOffsetFrame, MultibodyForces
+from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
+from scipy.integrate import quad
+from scipy.optimize import brentq
+from scipy.special import ellipk, j0, y0
+
+from wam_cast.robot.plant import (
+    N_ARM,
+    add_ball,
+    add_string,
+    fill_plant,
+    hanging_positions,
+    make_arm_plant,
+    starting_posture,
+)
+from wam_cast.scenario import Ball, Scenario, String
+
+G = 9.81
+BALL = Ball()
+UNDAMPED = {"bending_damping": 0.0, "hook_damping": 0.0}
+DOWN = RotationMatrix(np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, -1]]))  # hook in the world: x along y, z down
+
+
+class Pendulum:
+    """String and ball below a hook that is fixed to the world at the origin."""
+
+    def __init__(self, string, ball=BALL):
+        self.string = string
+        self.plant = MultibodyPlant(0.0)
+        world = self.plant.world_frame()
+        hook = self.plant.AddFrame(FixedOffsetFrame("hook", world, RigidTransform(DOWN, [0, 0, 0])))
+        self.ball = add_ball(self.plant, ball, add_string(self.plant, string, hook))
+        self.plant.Finalize()
+        self.n = self.plant.num_positions()
+        self.context = self.plant.CreateDefaultContext()
+
+    def in_plane(self, angles):
+        """Return positions in which only the joints' first angles are turned: (n_links,) or one for the hook."""
+        q = np.zeros(self.n)
+        angles = np.atleast_1d(angles)
+        q[0 : 2 * len(angles) : 2] = angles
+        return q
+
+    def set(self, q, v=None):
+        self.plant.SetPositionsAndVelocities(self.context, np.r_[q, np.zeros(self.n) if v is None else v])
+
+    def ball_position(self, q):
+        self.set(q)
+        return self.ball.EvalPoseInWorld(self.context).translation()
+
+    def acceleration(self, q, v=None):
+        self.set(q, v)
+        return self.plant.EvalTimeDerivatives(self.context).CopyToVector()[self.n :]
+
+    def energy(self):
+        return self.plant.EvalPotentialEnergy(self.context) + self.plant.EvalKineticEnergy(self.context)
+
+    def states(self, q, duration, step):
+        """Return times and states (n, 2 n_q) of a fall from rest under the integrator of a cast's flight."""
+        simulator = Simulator(self.plant)
+        ResetIntegratorFromFlags(simulator, "runge_kutta2", step)
+        context = simulator.get_mutable_context()
+        self.plant.SetPositions(context, q)
+        simulator.Initialize()
+        times, states = [0.0], [self.plant.GetPositionsAndVelocities(context)]
+        for k in range(1, round(duration / step) + 1):
+            simulator.AdvanceTo(k * step)
+            times.append(k * step)
+            states.append(self.plant.GetPositionsAndVelocities(context))
+        return np.array(times), np.array(states)
+
+    def in_plane_modes(self):
+        """Return the eigenvalues of small motions in the plane about hanging, slowest first, one of each pair."""
+        first = np.arange(0, self.n, 2)
+        zero, h, w = np.zeros(self.n), 1e-4, 1e-2
+        directions = np.eye(self.n)[first]
+        columns = [
+            (self.acceleration(h * e) - self.acceleration(-h * e))[first] / (2 * h) for e in directions
+        ]
+        columns += [
+            (self.acceleration(zero, w * e) - self.acceleration(zero, -w * e))[first] / (2 * w)
+            for e in directions
+        ]
+        n = len(first)
+        A = np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), np.array(columns).T])
+        eigenvalues = np.linalg.eigvals(A)
+        eigenvalues = eigenvalues[eigenvalues.imag > 1e-6]
+        return eigenvalues[np.argsort(eigenvalues.imag)]
+
+
+def rigid_pendulum(string, ball=BALL):
+    """Return inertia about the hook and restoring moment per angle of a straight string with its ball."""
+    inertia = string.mass * string.length**2 / 3 + ball.mass * (string.length**2 + 0.4 * ball.radius**2)
+    return inertia, G * string.length * (string.mass / 2 + ball.mass)
+
+
+def period(times, angles):
+    """Return the mean time between downward zero crossings of `angles`, each found by a cubic through four samples."""
+    crossings = []
+    for k in np.flatnonzero((angles[:-1] > 0) & (angles[1:] <= 0)):
+        cubic = np.polynomial.Polynomial.fit(times[k - 1 : k + 3], angles[k - 1 : k + 3], 3)
+        crossings.append(brentq(cubic, times[k], times[k + 1]))
+    return np.diff(crossings).mean()
+
+
+def chain_frequency(string, mass, mode):
+    """Return a mode's frequency and shape of a hanging flexible string with a point mass, in Bessel functions.
+
+    With z up from the mass and zeta = z + M / mu, g (zeta y')' + omega^2 y = 0 has J0 and Y0 of 2 omega sqrt(zeta / g); the
+    hook keeps y = 0 and the mass feels M g y' = -M omega^2 y.
+    """
+    mu = string.mass / string.length
+    bottom = mass / mu
+
+    def shape(omega, zeta):
+        top = 2 * omega * np.sqrt((string.length + bottom) / G)
+        x = 2 * omega * np.sqrt(zeta / G)
+        return j0(x) * y0(top) - y0(x) * j0(top)
+
+    def end_condition(omega):
+        h = 1e-6
+        slope = (shape(omega, bottom + h) - shape(omega, bottom - h)) / (2 * h)
+        return slope + omega**2 / G * shape(omega, bottom)
+
+    grid = np.linspace(0.5, 200, 8000)
+    values = np.array([end_condition(omega) for omega in grid])
+    brackets = np.flatnonzero(values[:-1] * values[1:] < 0)
+    k = brackets[mode]
+    omega = brentq(end_condition, grid[k], grid[k + 1])
+    return omega, lambda z: shape(omega, z + bottom)
+
+
+def modal_mass(string, mass, phi):
+    return string.mass / string.length * quad(lambda z: phi(z) ** 2, 0, string.length)[0] + mass * phi(0) ** 2
+
+
+# ---------------------------------------------------------------- geometry and mass
+
+
+@pytest.mark.parametrize("n_links", [1, 2, 10, 37])
+def test_mass_and_length_do_not_depend_on_the_number_of_links(n_links):
+    pendulum = Pendulum(String(n_links=n_links))
+    assert pendulum.plant.CalcTotalMass(pendulum.context) == pytest.approx(0.003 + 0.030, rel=1e-12)
+    for angle in (0.0, 0.7, -2.0):
+        # The hook's x axis is the world's y, so the first angle swings in the world's x-z plane.
+        expected = 0.6 * np.array([-np.sin(angle), 0, -np.cos(angle)])
+        np.testing.assert_allclose(pendulum.ball_position(pendulum.in_plane(angle)), expected, atol=1e-14)
+
+
+def test_balls_distance_from_the_hook_is_at_most_the_strings_length():
+    pendulum = Pendulum(String())
+    rng = np.random.default_rng(0)
+    distances = [np.linalg.norm(pendulum.ball_position(rng.uniform(-1, 1, pendulum.n))) for _ in range(50)]
+    assert max(distances) < 0.6
+    assert np.linalg.norm(pendulum.ball_position(np.zeros(pendulum.n))) == pytest.approx(0.6, abs=1e-14)
+
+
+@pytest.mark.parametrize("n_links", [1, 10])
+def test_centre_of_mass_hangs_where_the_parts_put_it(n_links):
+    pendulum = Pendulum(String(n_links=n_links))
+    centre = pendulum.plant.CalcCenterOfMassPositionInWorld(pendulum.context)
+    np.testing.assert_allclose(centre, [0, 0, -(0.003 * 0.3 + 0.030 * 0.6) / 0.033], atol=1e-14)
+
+
+@pytest.mark.parametrize("n_links", [1, 4, 10])
+def test_straight_string_has_the_inertia_of_a_rod_whatever_its_links(n_links):
+    pendulum = Pendulum(String(n_links=n_links))
+    pendulum.set(np.zeros(pendulum.n))
+    M = pendulum.plant.CalcMassMatrix(pendulum.context)
+    expected = rigid_pendulum(pendulum.string)[0]
+    assert M[0, 0] == pytest.approx(expected, rel=1e-12)  # in the casting plane
+    assert M[1, 1] == pytest.approx(expected, rel=1e-12)  # across it
+
+
+# ---------------------------------------------------------------- periods
+
+
+def test_small_swing_of_one_link_has_the_compound_pendulums_period():
+    string = String(n_links=1, **UNDAMPED)
+    inertia, moment = rigid_pendulum(string)
+    pendulum = Pendulum(string)
+    times, states = pendulum.states(pendulum.in_plane(0.005), 4.0, 0.001)
+    # The amplitude adds theta^2 / 16 = 1.6e-6, the step (omega h)^2 / 6 = 3e-6.
+    assert period(times, states[:, 0]) == pytest.approx(2 * np.pi * np.sqrt(inertia / moment), rel=1e-5)
+
+
+def test_large_swing_of_one_link_has_the_elliptic_integrals_period():
+    string = String(n_links=1, **UNDAMPED)
+    inertia, moment = rigid_pendulum(string)
+    pendulum = Pendulum(string)
+    times, states = pendulum.states(pendulum.in_plane(2.0), 6.0, 0.001)
+    expected = 4 * np.sqrt(inertia / moment) * ellipk(np.sin(1.0) ** 2)
+    assert expected > 1.3 * 2 * np.pi * np.sqrt(inertia / moment)
+    assert period(times, states[:, 0]) == pytest.approx(expected, rel=2e-5)
+
+
+def test_modes_of_one_link_are_exact():
+    string = String(n_links=1, **UNDAMPED)
+    inertia, moment = rigid_pendulum(string)
+    (mode,) = Pendulum(string).in_plane_modes()
+    assert mode.imag == pytest.approx(np.sqrt(moment / inertia), rel=1e-8)
+
+
+@pytest.mark.parametrize(("mode", "at_10_links"), [(0, 1e-5), (1, 5e-3), (2, 2e-2)])
+def test_modes_of_many_links_converge_to_the_flexible_strings(mode, at_10_links):
+    point = Ball(radius=1e-4)
+    errors = []
+    for n_links in (10, 20, 40):
+        string = String(n_links=n_links, **UNDAMPED)
+        expected, _ = chain_frequency(string, point.mass, mode)
+        errors.append(abs(Pendulum(string, point).in_plane_modes()[mode].imag / expected - 1))
+    assert errors[0] < at_10_links
+    if mode > 0:  # the first mode's error is that of the differences that linearize
+        assert errors[0] / errors[1] == pytest.approx(4, rel=0.2)
+        assert errors[1] / errors[2] == pytest.approx(4, rel=0.2)
+
+
+# ---------------------------------------------------------------- integration
+
+
+def test_energy_drift_without_damping_falls_with_the_cube_of_the_step():
+    # A method of second order makes an error of third order in the energy of an oscillation.
+    pendulum = Pendulum(String(n_links=1, **UNDAMPED))
+    drifts = []
+    for step in (0.002, 0.001):
+        _, states = pendulum.states(pendulum.in_plane(2.0), 5.0, step)
+        energies = []
+        for state in states[[0, -1]]:
+            pendulum.plant.SetPositionsAndVelocities(pendulum.context, state)
+            energies.append(pendulum.energy())
+        drifts.append(abs(energies[1] - energies[0]) / rigid_pendulum(pendulum.string)[1])
+    assert drifts[0] < 1e-5
+    assert np.log2(drifts[0] / drifts[1]) == pytest.approx(3, abs=0.3)
+
+
+def test_flight_integrator_converges_at_second_order():
+    pendulum = Pendulum(String(n_links=2, **UNDAMPED))
+    q = pendulum.in_plane([1.0, 0.5])
+    steps = (0.002, 0.001, 0.0005, 0.0000625)
+    *ends, exact = [pendulum.ball_position(pendulum.states(q, 0.6, h)[1][-1, : pendulum.n]) for h in steps]
+    errors = [np.linalg.norm(end - exact) for end in ends]
+    assert errors[0] < 1e-4
+    for coarse, fine in pairwise(errors):
+        assert np.log2(coarse / fine) == pytest.approx(2, abs=0.25)
+
+
+def test_damped_string_only_loses_energy():
+    pendulum = Pendulum(String())
+    _, states = pendulum.states(pendulum.in_plane(np.full(10, 0.15)), 1.0, 0.002)
+    energies = []
+    for state in states[::10]:
+        pendulum.plant.SetPositionsAndVelocities(pendulum.context, state)
+        energies.append(pendulum.energy())
+    assert np.all(np.diff(energies) < 1e-7)
+    assert energies[0] - energies[-1] > 1e-4
+
+
+# ---------------------------------------------------------------- slack
+
+
+@pytest.mark.parametrize(("step", "tolerance"), [(0.002, 6e-4), (0.0005, 4e-5)])
+def test_ball_on_a_slack_string_falls_freely(step, tolerance):
+    # Folded like a bellows, neighbouring links turned by 2.4 rad, the string is loose: the hook holds a link of 0.3 g, and
+    # next to nothing of that reaches the ball. What is left is the step's error, of second order.
+    pendulum = Pendulum(String(**UNDAMPED))
+    q = pendulum.in_plane(2.4 * np.array([0.5, *[(-1) ** i for i in range(1, 10)]]))
+    start = pendulum.ball_position(q)
+    assert np.linalg.norm(start) < 0.4 * 0.6
+    times, states = pendulum.states(q, 0.1, step)
+    fall = np.array([pendulum.ball_position(state[: pendulum.n]) - start for state in states])
+    error = np.linalg.norm(fall - np.outer(times**2 / 2, [0, 0, -G]), axis=1)
+    assert error[-1] < tolerance * G * times[-1] ** 2 / 2
+
+
+def test_ball_on_a_taut_string_does_not_fall():
+    pendulum = Pendulum(String(**UNDAMPED))
+    _, states = pendulum.states(np.zeros(pendulum.n), 0.1, 0.002)
+    np.testing.assert_allclose(pendulum.ball_position(states[-1, : pendulum.n]), [0, 0, -0.6], atol=1e-12)
+
+
+# ---------------------------------------------------------------- no gimbal lock in the casting plane
+
+
+@pytest.mark.parametrize("n_links", [1, 10])
+def test_mass_matrix_is_as_well_conditioned_at_every_angle_in_the_plane(n_links):
+    pendulum = Pendulum(String(n_links=n_links))
+
+    def condition(q):
+        pendulum.set(q)
+        return np.linalg.cond(pendulum.plant.CalcMassMatrix(pendulum.context))
+
+    hanging = condition(np.zeros(pendulum.n))
+    for angle in np.deg2rad([45, 90, 135, 180, -90, 270, 400]):
+        assert condition(pendulum.in_plane(angle)) == pytest.approx(hanging, rel=1e-6)
+    across = np.zeros(pendulum.n)
+    across[1] = np.pi / 2 - 1e-3  # where a universal joint is singular: only across the plane
+    if n_links == 1:  # more links are ill-conditioned for being light: the ratio of ball and link
+        assert condition(across) > 1e3 * hanging
+
+
+def test_swing_over_the_top_keeps_its_energy_and_its_plane():
+    pendulum = Pendulum(String(n_links=1, **UNDAMPED))
+    simulator = Simulator(pendulum.plant)
+    ResetIntegratorFromFlags(simulator, "runge_kutta2", 0.001)
+    context = simulator.get_mutable_context()
+    inertia, moment = rigid_pendulum(pendulum.string)
+    speed = 1.1 * np.sqrt(4 * moment / inertia)  # enough to go round
+    pendulum.plant.SetVelocities(context, [speed, 0.0])
+    simulator.AdvanceTo(1.5)
+    angle, across, rate, _ = pendulum.plant.GetPositionsAndVelocities(context)
+    assert angle > 2 * np.pi
+    assert across == pytest.approx(0, abs=1e-12)
+    energy = inertia * rate**2 / 2 - moment * np.cos(angle)
+    assert energy == pytest.approx(inertia * speed**2 / 2 - moment, rel=1e-5)
+
+
+# ---------------------------------------------------------------- damping
+
+
+def dissipation(pendulum, rates):
+    """Return the power [W] that damping takes from a string whose joints turn at `rates` in the plane, hanging straight."""
+    q, v = np.zeros(pendulum.n), pendulum.in_plane(rates)
+    acceleration = pendulum.acceleration(q, v)
+    gravity = MultibodyForces(pendulum.plant)
+    gravity.mutable_generalized_forces()[:] = pendulum.plant.CalcGravityGeneralizedForces(pendulum.context)
+    damping = pendulum.plant.CalcInverseDynamics(pendulum.context, acceleration, gravity)
+    return -v @ damping
+
+
+@pytest.mark.parametrize("n_links", [2, 5, 10, 40])
+def test_bending_takes_the_same_power_whatever_the_number_of_links(n_links):
+    B, rate = 8e-7, 3.0  # a uniform rate of curvature [1/(m s)]
+    pendulum = Pendulum(String(n_links=n_links, bending_damping=B, hook_damping=0.0))
+    rates = np.full(n_links, rate * 0.6 / n_links)
+    rates[0] = 0.0
+    # B times rate^2 along the string, of which the joints between n links stand for the share (n - 1) / n.
+    expected = B * rate**2 * 0.6 * (n_links - 1) / n_links
+    assert dissipation(pendulum, rates) == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize("n_links", [1, 10])
+def test_hook_takes_its_own_power_and_no_more(n_links):
+    pendulum = Pendulum(String(n_links=n_links, hook_damping=2e-4))
+    assert dissipation(pendulum, [1.5]) == pytest.approx(2e-4 * 1.5**2, rel=1e-7)
+
+
+def test_hooks_damping_makes_a_pendulum_decay_as_it_should():
+    string = String(n_links=1, hook_damping=4e-4, bending_damping=0.0)
+    inertia, moment = rigid_pendulum(string)
+    (mode,) = Pendulum(string).in_plane_modes()
+    assert mode.real == pytest.approx(-4e-4 / (2 * inertia), rel=1e-6)
+    assert abs(mode) == pytest.approx(np.sqrt(moment / inertia), rel=1e-8)
+
+
+def test_hooks_damping_does_not_depend_on_the_number_of_links():
+    # The slowest mode's rate from its shape phi: c phi'(L)^2 / (2 (mu int phi^2 + M phi(0)^2)).
+    point = Ball(radius=1e-4)
+    string = String(bending_damping=0.0)
+    _, phi = chain_frequency(string, point.mass, mode=0)
+    slope = (phi(string.length) - phi(string.length - 1e-5)) / 1e-5
+    expected = -string.hook_damping * slope**2 / (2 * modal_mass(string, point.mass, phi))
+    found = [
+        Pendulum(String(n_links=n, bending_damping=0.0), point).in_plane_modes()[0].real for n in (10, 20, 40)
+    ]
+    np.testing.assert_allclose(found, expected, rtol=0.01)
+
+
+def test_bending_mode_decays_as_the_flexible_string_does():
+    # The second mode's rate from its shape phi: B int phi''^2 / (2 (mu int phi^2 + M phi(0)^2)).
+    point = Ball(radius=1e-4)
+    string = String(hook_damping=0.0)
+    _, phi = chain_frequency(string, point.mass, mode=1)
+
+    def curvature(z, h=1e-4):
+        return (phi(z + h) - 2 * phi(z) + phi(z - h)) / h**2
+
+    bent = quad(lambda z: curvature(z) ** 2, 0, string.length)[0]
+    expected = -string.bending_damping * bent / (2 * modal_mass(string, point.mass, phi))
+    found = [
+        Pendulum(String(n_links=n, hook_damping=0.0), point).in_plane_modes()[1].real for n in (10, 20, 40)
+    ]
+    np.testing.assert_allclose(found, expected, rtol=0.05)
+    assert abs(found[2] / expected - 1) < 0.01
+
+
+# ---------------------------------------------------------------- on the arm
+
+
+@pytest.fixture(scope="module")
+def robot():
+    plant = MultibodyPlant(0.0)
+    fill_plant(plant, Scenario())
+    return plant, plant.CreateDefaultContext()
+
+
+@pytest.mark.parametrize("bearing", [0.0, 0.8, -1.2])
+def test_hooks_x_axis_is_normal_to_the_casting_plane(robot, bearing):
+    plant, context = robot
+    q_arm = starting_posture(make_arm_plant(Scenario()), Scenario(), bearing)
+    for turn in (0.0, 0.5):  # at the start, and with the arm elsewhere in the plane
+        plant.SetPositions(context, hanging_positions(plant, q_arm + turn * np.eye(N_ARM)[1]))
+        X_WHook = plant.GetFrameByName("hook").CalcPoseInWorld(context)
+        normal = np.array([-np.sin(bearing), np.cos(bearing), 0.0])
+        assert abs(X_WHook.rotation().col(0) @ normal) == pytest.approx(1, abs=1e-12)
+        p_WE = plant.GetFrameByName("tool_plate").CalcPoseInWorld(context).translation()
+        np.testing.assert_allclose(X_WHook.translation(), p_WE, atol=1e-15)
+        assert normal @ p_WE == pytest.approx(0, abs=1e-12)
+
+
+def test_swinging_in_the_casting_plane_turns_the_first_angle_alone(robot):
+    plant, context = robot
+    q = hanging_positions(plant, starting_posture(make_arm_plant(Scenario()), Scenario(), 0.6))
+    normal = np.array([-np.sin(0.6), np.cos(0.6), 0.0])
+    for angle in (-1.7, 0.9, 2.5):
+        turned = q.copy()
+        turned[N_ARM] += angle
+        plant.SetPositions(context, turned)
+        p_WL = plant.GetBodyByName("ball").EvalPoseInWorld(context).translation()
+        assert normal @ p_WL == pytest.approx(0, abs=1e-12)
+
+
+def test_string_hangs_straight_down_from_any_arm(robot):
+    plant, context = robot
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        q_arm = rng.uniform(-1.0, 1.0, N_ARM)
+        q = hanging_positions(plant, q_arm)
+        np.testing.assert_array_equal(q[:N_ARM], q_arm)
+        plant.SetPositions(context, q)
+        p_WE = plant.GetFrameByName("hook").CalcPoseInWorld(context).translation()
+        p_WL = plant.GetBodyByName("ball").EvalPoseInWorld(context).translation()
+        np.testing.assert_allclose(p_WL - p_WE, [0, 0, -0.6], atol=1e-12)
+
+
+def test_hanging_string_rests_where_it_hangs(robot):
+    plant, context = robot
+    q = hanging_positions(plant, starting_posture(make_arm_plant(Scenario()), Scenario()))
+    plant.SetPositions(context, q)
+    plant.SetVelocities(context, np.zeros(plant.num_velocities()))
+    force = plant.CalcGravityGeneralizedForces(context)[N_ARM:]
+    np.testing.assert_allclose(force, 0, atol=1e-12)

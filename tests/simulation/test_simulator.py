@@ -1,0 +1,444 @@
+"""Casts: the same whoever ran before, converged, symmetric, and judged as the ball went."""
+
+import dataclasses
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
+from pydrake.systems.primitives import PassThrough
+
+from wam_cast.cast import Cast
+from wam_cast.errors import InputError
+from wam_cast.motion.stages import CastMotion, Stage
+from wam_cast.robot.station import CastStation
+from wam_cast.scenario import Scenario
+from wam_cast.simulation.outcome import SLACK_MARGIN, BallTrack, Outcome, Status, find_crossing
+from wam_cast.simulation.simulate import simulate_cast
+from wam_cast.simulation.simulator import CastSimulator
+
+CASTS = [
+    Cast(0.30, 0.60, 0.10),
+    Cast(0.10, 0.40, 0.00),
+    Cast(0.20, 0.30, 0.45),
+    Cast(0.35, 0.70, 0.20, bearing=0.8),
+    Cast(0.17, 0.85, 0.50),  # the shortest move, and the longest wait: the liveliest string
+]
+TYPICAL = CASTS[0]
+
+
+def scenario(**changes):
+    return Scenario.from_dict(changes)
+
+
+def assert_identical(found, expected):
+    for field in dataclasses.fields(Outcome):
+        np.testing.assert_array_equal(
+            getattr(found, field.name), getattr(expected, field.name), err_msg=field.name
+        )
+
+
+@pytest.fixture(scope="module")
+def free(simulator):
+    """Return the outcome of every cast without a cup."""
+    return {cast: simulator.simulate(cast) for cast in CASTS}
+
+
+# ---------------------------------------------------------------- the same whoever ran before
+
+
+def test_reused_and_fresh_simulators_give_the_same_free_cast(simulator, free):
+    assert_identical(CastSimulator(Scenario()).simulate(TYPICAL), free[TYPICAL])
+    simulator.simulate(CASTS[3], (0.6, 0.5))
+    assert_identical(simulator.simulate(TYPICAL), free[TYPICAL])
+
+
+def test_reused_and_fresh_simulators_give_the_same_cast_into_a_cup(simulator, free):
+    cup = tuple(free[TYPICAL].landing)
+    fresh = CastSimulator(Scenario()).simulate(TYPICAL, cup)
+    assert fresh.is_caught
+    simulator.record(CASTS[2], (0.3, 0.1))
+    simulator.simulate(CASTS[1])
+    assert_identical(simulator.simulate(TYPICAL, cup), fresh)
+    assert_identical(simulator.simulate(TYPICAL, cup), fresh)
+
+
+def test_threads_may_simulate_and_get_the_same(free):
+    with ThreadPoolExecutor(4) as threads:
+        outcomes = list(threads.map(lambda _: simulate_cast(Scenario(), TYPICAL), range(8)))
+    for outcome in outcomes:
+        assert_identical(outcome, free[TYPICAL])
+
+
+# ---------------------------------------------------------------- accuracy
+
+
+def land_error_controlled(cast, accuracy):
+    """Return where the ball of the flight diagram lands under an error-controlled method of third order."""
+    reference = Scenario()
+    station = CastStation(reference, has_scene=False)
+    integrated = Simulator(station.diagram)
+    ResetIntegratorFromFlags(integrated, "runge_kutta3", 0.002)
+    integrated.get_mutable_integrator().set_fixed_step_mode(False)
+    integrated.get_mutable_integrator().set_target_accuracy(accuracy)
+    context = integrated.get_mutable_context()
+    station.set_start(context, cast)
+    position, velocity = (station.diagram.GetOutputPort(f"ball_{name}") for name in ("position", "velocity"))
+    drop_begins = float(CastMotion(reference, cast).stage_ends[2])
+    integrated.AdvanceTo(drop_begins)
+    samples = []
+    while not samples or samples[-1][1][2] > reference.cup.rim_height:
+        samples.append((context.get_time(), position.Eval(context).copy(), velocity.Eval(context).copy()))
+        integrated.AdvanceTo(context.get_time() + 0.002)
+    track = BallTrack(*(np.array(column) for column in zip(*samples, strict=True)))
+    return find_crossing(track, reference.cup.rim_height).p_WL[:2]
+
+
+@pytest.mark.parametrize("cast", CASTS, ids=str)
+def test_landing_agrees_with_error_controlled_integration(free, cast):
+    np.testing.assert_allclose(free[cast].landing, land_error_controlled(cast, 1e-5), atol=2e-4)
+
+
+def test_landing_converges_at_second_order(free):
+    errors = []
+    steps = (0.002, 0.001, 0.0005)
+    exact = CastSimulator(scenario(simulation={"max_step": 0.0000625})).simulate(TYPICAL).landing
+    for step in steps:
+        coarse = CastSimulator(scenario(simulation={"max_step": step}))
+        assert coarse.step == step
+        errors.append(np.linalg.norm(coarse.simulate(TYPICAL).landing - exact))
+    assert errors[0] < 1e-4
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    np.testing.assert_allclose(orders, 2, atol=0.3)
+
+
+@pytest.mark.parametrize(
+    "string",
+    [
+        {"bending_damping": 0.0, "hook_damping": 0.0},
+        {"bending_damping": 1e-8},
+        {"bending_damping": 2e-5},
+        {"n_links": 20, "bending_damping": 0.0},
+    ],
+    ids=str,
+)
+def test_step_is_short_enough_for_any_damping(free, string):
+    # An explicit method blows up what is damped too little as well as what is damped too much.
+    outcome = CastSimulator(scenario(string=string)).simulate(TYPICAL)
+    assert outcome.status is Status.LANDED
+    assert np.linalg.norm(outcome.landing - free[TYPICAL].landing) < 0.015
+
+
+def test_reference_scenario_flies_at_one_step_a_period(simulator):
+    assert simulator.step == 0.002
+    assert CastSimulator(scenario(simulation={"max_step": 0.0015})).step == 0.001  # divides the period
+
+
+@pytest.mark.parametrize(
+    "wait", [0.05, *(pytest.param(wait, marks=pytest.mark.slow) for wait in (0.02, 0.35, 0.38))]
+)
+def test_last_sample_before_a_look_is_logged_whatever_the_period(wait):
+    # Thirty times 3 ms is not ten times 0.03 s in floating point; the crossing may be in the very sample between the two.
+    sampled = CastSimulator(scenario(controller={"period": 0.003}))
+    cast = dataclasses.replace(TYPICAL, wait=wait)
+    free_cast = sampled.simulate(cast)
+    assert free_cast.status is Status.LANDED
+    recording = sampled.record(cast, tuple(free_cast.landing))
+    assert recording.outcome.is_caught
+    np.testing.assert_allclose(recording.times, 0.003 * np.arange(len(recording.times)), atol=1e-9)
+
+
+@pytest.mark.slow
+def test_landing_converges_with_the_number_of_links(free):
+    finer = CastSimulator(scenario(string={"n_links": 20})).simulate(TYPICAL)
+    assert np.linalg.norm(finer.landing - free[TYPICAL].landing) < 2e-3
+
+
+# ---------------------------------------------------------------- symmetry
+
+
+@pytest.mark.parametrize("bearing", [0.5, -0.5, 2.0])
+def test_bearing_turns_the_landing_about_the_base_axis(simulator, free, bearing):
+    straight = free[TYPICAL]
+    turned = simulator.simulate(dataclasses.replace(TYPICAL, bearing=bearing))
+    c, s = np.cos(bearing), np.sin(bearing)
+    # What swing the turn left is in the landing: up to 0.2 mm of it, see test_turn.
+    np.testing.assert_allclose(turned.landing, np.array([[c, -s], [s, c]]) @ straight.landing, atol=4e-4)
+    assert turned.landing_along == pytest.approx(straight.landing_along, abs=3e-4)
+    assert turned.landing_across == pytest.approx(straight.landing_across, abs=3e-4)
+    assert turned.crossing_time == pytest.approx(straight.crossing_time, abs=2e-4)
+
+
+def test_opposite_bearings_mirror_each_other(simulator):
+    # But for the arm's own asymmetry, whose links are not mirrored.
+    left, right = (simulator.simulate(dataclasses.replace(TYPICAL, bearing=b)) for b in (0.7, -0.7))
+    np.testing.assert_allclose(left.landing, right.landing * [1, -1], atol=1e-4)
+
+
+def test_ball_stays_in_the_casting_plane(free):
+    for outcome in free.values():
+        assert abs(outcome.landing_across) < 1e-4
+
+
+def test_bearing_beyond_joint_one_is_refused_and_harms_nothing(simulator, free):
+    with pytest.raises(InputError, match=r"joint 1 .*limits.*cast\.bearing"):
+        simulator.simulate(dataclasses.replace(TYPICAL, bearing=2.7))
+    assert_identical(simulator.simulate(TYPICAL), free[TYPICAL])
+
+
+# ---------------------------------------------------------------- with a cup
+
+
+@pytest.mark.parametrize("cast", [CASTS[0], CASTS[2], CASTS[3], CASTS[4]], ids=str)
+def test_cup_at_the_landing_catches(simulator, free, cast):
+    outcome = simulator.simulate(cast, tuple(free[cast].landing))
+    assert outcome.status is Status.CAUGHT
+    assert outcome.is_caught
+    assert outcome.miss < 1e-3
+    # In the last look before the crossing the contact's integrator, of first order, has taken over.
+    np.testing.assert_allclose(outcome.landing, free[cast].landing, atol=5e-4)
+
+
+@pytest.mark.parametrize(
+    ("along", "across", "expected"),
+    [(0.06, 0, Status.SHORT), (-0.10, 0, Status.LONG), (0, 0.06, Status.SIDE), (0, -0.06, Status.SIDE)],
+)
+@pytest.mark.parametrize("bearing", [0.0, 0.8])
+def test_cup_beside_the_landing_is_missed_on_the_right_side(simulator, bearing, along, across, expected):
+    cast = dataclasses.replace(TYPICAL, bearing=bearing)
+    landing = simulator.simulate(cast).landing
+    c, s = np.cos(bearing), np.sin(bearing)
+    cup = landing + np.array([[c, -s], [s, c]]) @ [along, across]
+    outcome = simulator.simulate(cast, tuple(cup))
+    assert outcome.status is expected
+    assert not outcome.is_caught
+    assert outcome.miss == pytest.approx(np.hypot(along, across), abs=1e-3)
+
+
+def test_ball_that_hits_the_rim_bounces(simulator, free):
+    outcome = simulator.simulate(TYPICAL, tuple(free[TYPICAL].landing - [0.0, 0.045]))
+    assert outcome.status is Status.RIM_BOUNCE
+
+
+@pytest.mark.parametrize("cast", CASTS, ids=str)
+def test_cup_out_of_reach_changes_no_landing(simulator, free, cast):
+    outcome = simulator.simulate(cast, (-1.0, 0.0))
+    np.testing.assert_allclose(outcome.landing, free[cast].landing, atol=5e-5)
+    assert outcome.crossing_time == pytest.approx(free[cast].crossing_time, abs=2e-5)
+
+
+@pytest.mark.parametrize("cast", CASTS, ids=str)
+def test_hand_over_to_the_station_with_contact_changes_no_landing(simulator, free, cast):
+    outcome = simulator.simulate(cast, tuple(free[cast].landing))
+    assert outcome.is_caught
+    # The landing is the free flight's, whatever the rim does to the ball.
+    np.testing.assert_array_equal(outcome.landing, free[cast].landing)
+    radius = np.linalg.norm(free[cast].landing)
+    grazed = simulator.simulate(cast, tuple(free[cast].landing * (1 + 0.02 / radius)))
+    np.testing.assert_array_equal(grazed.landing, free[cast].landing)
+    assert grazed.miss == pytest.approx(0.02, abs=1e-4)
+
+
+@pytest.mark.slow
+def test_ball_that_never_comes_down_never_crosses():
+    high = CastSimulator(scenario(motion={"drop_distance": 0.05}, string={"length": 0.5}))
+    for cup in (None, (0.4, 0.0)):
+        outcome = high.simulate(TYPICAL, cup)
+        assert outcome.status is Status.NEVER_CROSSED
+        assert np.isnan(outcome.landing).all()
+        assert np.isnan([outcome.crossing_time, outcome.entry_angle, outcome.landing_along]).all()
+        assert np.isnan(outcome.slack)
+        assert not outcome.is_slack
+    recording = high.record(TYPICAL, (0.4, 0.0))
+    assert recording.times[-1] == pytest.approx(high.record(TYPICAL, (0.4, 0.0)).times[-1])
+    assert recording.stages[-1] == Stage.RETURN
+
+
+@pytest.mark.parametrize("cup", [(0.6,), (0.6, float("nan")), "here", 0.6])
+def test_cup_that_is_not_a_place_is_refused(cup):
+    with pytest.raises(InputError, match="cup = "):
+        simulate_cast(Scenario(), TYPICAL, cup)
+
+
+# ---------------------------------------------------------------- what an outcome tells
+
+
+def test_entry_is_consistent_with_the_recording(simulator, free):
+    outcome, recording = free[TYPICAL], simulator.record(TYPICAL)
+    k = np.searchsorted(recording.times, outcome.crossing_time)
+    assert recording.p_WL[k - 1, 2] > 0.12 >= recording.p_WL[k, 2]
+    for axis in range(2):
+        low, high = sorted(recording.p_WL[k - 1 : k + 1, axis])
+        assert low - 1e-6 <= outcome.landing[axis] <= high + 1e-6
+    np.testing.assert_allclose(outcome.entry_velocity, recording.v_WL[k], atol=0.05)
+    assert outcome.entry_speed == pytest.approx(np.linalg.norm(outcome.entry_velocity))
+    assert np.cos(outcome.entry_angle) == pytest.approx(-outcome.entry_velocity[2] / outcome.entry_speed)
+    assert np.isnan(outcome.miss)
+
+
+def test_fast_drop_leaves_the_string_slack_and_a_slow_one_does_not(free):
+    assert all(outcome.is_slack for outcome in free.values())
+    slow = CastSimulator(scenario(motion={"drop_duration": 2.0})).simulate(TYPICAL)
+    assert slow.status is Status.LANDED
+    assert not slow.is_slack
+    assert slow.slack <= SLACK_MARGIN * Scenario().string.length
+
+
+@pytest.mark.parametrize("cast", CASTS, ids=str)
+def test_slack_is_the_least_from_the_landing_until_the_ball_is_below_the_rim(simulator, free, cast):
+    outcome, recording = free[cast], simulator.record(cast)
+    length, rim = Scenario().string.length, Scenario().cup.rim_height
+    slack = length - np.linalg.norm(recording.p_WL - recording.p_WE, axis=1)
+    crossing_time = outcome.crossing_time + CastMotion(Scenario(), cast).stage_ends[0]  # the turn comes first
+    at_landing = np.interp(crossing_time, recording.times, slack)
+    assert 0 < outcome.slack <= at_landing + 1e-5  # between samples 2 ms apart
+    is_entering = recording.times >= crossing_time
+    is_entering &= recording.p_WL[:, 2] > rim - Scenario().ball.radius
+    assert is_entering.sum() >= 3
+    assert outcome.slack == pytest.approx(min(at_landing, slack[is_entering].min()), abs=1e-5)
+
+
+@pytest.mark.parametrize("cast", CASTS, ids=str)
+def test_a_cup_changes_nothing_that_is_told_of_the_flight(simulator, free, cast):
+    for miss in (0.0, 0.025):
+        radius = np.linalg.norm(free[cast].landing)
+        outcome = simulator.simulate(cast, tuple(free[cast].landing * (1 + miss / radius)))
+        for name in ("landing", "crossing_time", "entry_velocity", "entry_angle", "is_slack", "slack"):
+            np.testing.assert_array_equal(getattr(outcome, name), getattr(free[cast], name), err_msg=name)
+
+
+def test_too_fast_a_drop_hits_limits_that_are_named():
+    outcome = CastSimulator(scenario(motion={"drop_duration": 0.15})).simulate(TYPICAL)
+    assert outcome.status is Status.LIMIT_HIT
+    assert {"joint 4 torque", "joint 4 speed"} <= set(outcome.limits_hit)
+    assert outcome.peak_load.max() == pytest.approx(1, abs=1e-9)
+    for i in range(7):
+        assert (f"joint {i + 1} speed" in outcome.limits_hit) == (outcome.peak_speed[i] > 1)
+    assert np.isfinite(outcome.landing).all()  # what the ball did is told all the same
+
+
+def test_ordinary_casts_keep_the_limits_and_their_reference(free):
+    for outcome in free.values():
+        assert outcome.status is Status.LANDED
+        assert outcome.limits_hit == ()
+        assert outcome.peak_load.max() < 1
+        assert outcome.peak_speed.max() < 1
+        assert 1e-4 < outcome.peak_tracking_error < 0.02
+
+
+def test_broken_simulation_is_reported_and_harms_nothing():
+    wild = CastSimulator(scenario(controller={"kp": 1e9}))
+    for cup in (None, (0.6, 0.0)):
+        outcome = wild.simulate(TYPICAL, cup)
+        assert outcome.status is Status.DIVERGED
+        assert not outcome.is_caught
+        assert np.isnan(outcome.landing).all()
+    recording = wild.record(TYPICAL, (0.6, 0.0))
+    assert recording.outcome.status is Status.DIVERGED
+    assert np.isfinite(recording.p_WL).all()
+
+
+def test_simulator_works_after_a_broken_simulation(simulator, free, monkeypatch):
+    # The same simulator, whose ball is thrown out of the world in the middle of a cast.
+    monkeypatch.setattr("wam_cast.simulation.simulator.MAX_SPEED", 1.0)
+    assert simulator.simulate(TYPICAL).status is Status.DIVERGED
+    assert simulator.simulate(TYPICAL, (0.6, 0.0)).status is Status.DIVERGED
+    monkeypatch.undo()
+    assert_identical(simulator.simulate(TYPICAL), free[TYPICAL])
+
+
+def test_state_that_is_not_finite_breaks_no_recording(monkeypatch):
+    # Undamped and at too long a step the string blows up within a cast, past the largest number that a float holds.
+    monkeypatch.setattr("wam_cast.simulation.simulator.flight_step", lambda station: 0.002)
+    broken = CastSimulator(scenario(string={"n_links": 20, "bending_damping": 0.0}))
+    recording = broken.record(TYPICAL)
+    assert recording.outcome.status is Status.DIVERGED
+    assert len(recording.times) == len(recording.p_WL) > 10
+    assert np.isfinite(recording.p_WL).all()
+
+
+# ---------------------------------------------------------------- recordings
+
+
+@pytest.fixture(scope="module")
+def caught(simulator, free):
+    return simulator.record(CASTS[3], tuple(free[CASTS[3]].landing))
+
+
+def test_recordings_outcome_is_that_of_the_simulation(simulator, free, caught):
+    assert_identical(caught.outcome, simulator.simulate(CASTS[3], tuple(free[CASTS[3]].landing)))
+    assert_identical(simulator.record(TYPICAL).outcome, free[TYPICAL])
+
+
+def test_recording_has_a_sample_a_period_to_the_end_of_the_return(caught):
+    ends = CastMotion(Scenario(), CASTS[3], cup_radius=float(np.hypot(*caught.cup))).stage_ends
+    n = len(caught.times)
+    np.testing.assert_allclose(caught.times, 0.002 * np.arange(n), atol=1e-9)
+    assert caught.times[-1] == pytest.approx(ends[-1], abs=0.002 + 1e-9)
+    shapes = {name: getattr(caught, name).shape for name in ("p_WL", "v_WL", "p_WE", "p_WE_desired")}
+    assert set(shapes.values()) == {(n, 3)}
+    assert caught.states.shape == (n, 2 * (7 + 2 * 10))
+    assert caught.torques.shape == (n, 7)
+    np.testing.assert_array_equal(caught.stages, np.searchsorted(ends[:5], caught.times, side="right"))
+
+
+def test_recording_is_continuous_across_the_hand_over(caught):
+    by_difference = np.diff(caught.p_WL, axis=0) / np.diff(caught.times)[:, None]
+    mean = (caught.v_WL[1:] + caught.v_WL[:-1]) / 2
+    # A contact may turn the velocity within a sample, by twice the ball's speed of some 3 m/s at most.
+    assert np.linalg.norm(by_difference - mean, axis=1).max() < 3.0
+    turn_end = CastMotion(Scenario(), CASTS[3]).stage_ends[Stage.TURN]
+    before = caught.times[1:] < turn_end + caught.outcome.crossing_time - 0.002
+    assert np.linalg.norm(by_difference - mean, axis=1)[before].max() < 0.02
+
+
+def test_hand_follows_its_reference_through_the_whole_recording(caught):
+    assert np.linalg.norm(caught.p_WE - caught.p_WE_desired, axis=1).max() < 0.02
+    home = 0.2 * np.array([np.cos(0.8), np.sin(0.8), 0]) + [0, 0, 0.8]
+    assert np.linalg.norm(caught.p_WE[-1] - home) < 2e-3
+
+
+def test_string_keeps_its_length_through_the_whole_recording(caught):
+    distance = np.linalg.norm(caught.p_WL - caught.p_WE, axis=1)
+    assert distance[0] == pytest.approx(0.6, abs=1e-12)
+    assert distance.max() <= 0.6 + 1e-9
+
+
+def test_caught_ball_is_at_the_bottom_of_the_cup_when_the_hold_ends(caught, free):
+    k = np.flatnonzero(caught.stages == Stage.HOLD)[-1]
+    x, y, z = caught.p_WL[k]
+    assert z == pytest.approx(0.006 + 0.020, abs=1e-3)
+    assert np.hypot(x - caught.cup[0], y - caught.cup[1]) < 0.030 - 0.020 + 1e-3
+    assert np.linalg.norm(caught.v_WL[k]) < 0.1
+
+
+def test_ball_starts_at_rest_below_the_hand(caught):
+    np.testing.assert_allclose(caught.p_WL[0], caught.p_WE[0] - [0, 0, 0.6], atol=1e-12)
+    np.testing.assert_array_equal(caught.v_WL[0], 0)
+    np.testing.assert_allclose(caught.p_WE[0], caught.p_WE_desired[0], atol=1e-12)
+
+
+def test_broken_cast_says_which_limits_it_met_before(simulator):
+    # Ten times as fast as the bounds allow: the motors saturate, then the string's end runs away.
+    outcome = simulator.simulate(Cast(0.3, 3.0, 0.1))
+    assert outcome.status is Status.DIVERGED
+    assert "joint 2 torque" in outcome.limits_hit
+    assert np.isnan(outcome.landing).all()
+
+
+def test_hand_must_be_able_to_reach_the_longest_moves_end():
+    with pytest.raises(InputError, match=r"bounds.distance = \[0.3, 0.9\].*the arm allows"):
+        CastSimulator(scenario(bounds={"distance": (0.3, 0.9)}))
+
+
+def test_string_that_takes_too_short_steps_is_refused():
+    with pytest.raises(InputError, match=r"more string.mass"):
+        CastSimulator(scenario(string={"mass": 1e-8}))
+
+
+def test_own_controller_takes_the_place_of_ours(limp):
+    outcome = CastSimulator(Scenario(), make_controller=limp).simulate(TYPICAL)
+    assert outcome.peak_load.max() == 0.0
+    assert outcome.peak_tracking_error > 0.05
+    with pytest.raises(InputError, match="set_cast"):
+        CastStation(Scenario(), controller=PassThrough(14))

@@ -1,1 +1,0 @@
-"""Section 3 of the paper: pictures and replays of casts."""

@@ -1,5 +1,0 @@
-"""The figures of the report: each function takes plain data and axes, and draws; it computes nothing and opens no files.
-
-Make the figure within `wam_cast.evaluation.style.figure_style`, and store it with `wam_cast.evaluation.output.write_figure`.
-Lengths come in metres and durations in seconds, and are shown in the unit that the axis names.
-"""

@@ -1,0 +1,174 @@
+"""The report: figures, `results.json`, Markdown, and one HTML page with the figures inside."""
+
+from __future__ import annotations
+
+import base64
+import json
+import math
+import platform
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markdown_it import MarkdownIt
+
+from wam_cast.experiments.paper import published as paper
+from wam_cast.experiments.paper.execution import clear_radius
+from wam_cast.experiments.paper.findings import Findings
+from wam_cast.experiments.paper.report_figures import CAPTIONS
+from wam_cast.experiments.paper.results import Trial
+from wam_cast.parallel.workers import available_processors
+from wam_cast.planning.plan import LONGEST_MISS
+from wam_cast.scenario import Scenario
+from wam_cast.simulation.outcome import Status
+from wam_cast.storage.atomic import write_file
+from wam_cast.storage.run_directory import RunDirectory
+
+MISSING = "-"
+"""Stands in tables for a value that does not exist."""
+
+FAILURES: dict[str, str] = {
+    "short": "short",
+    "long": "long",
+    "side": "to the side",
+    "rim_bounce": "bounced off the rim",
+    "came_out": "came out again",
+    "not_settled": "did not come to rest",
+    "limit_hit": "limit of the arm hit",
+    "never_crossed": "never came down",
+    "diverged": "simulation broke down",
+}
+"""Kinds of failure in words."""
+
+
+def write_report(findings: Findings, directory: RunDirectory) -> None:
+    """Write the report's files around the figures that are there; what was there before is replaced."""
+    wall_s = directory.wall_seconds()
+    results = json.dumps(findings.to_json(wall_s), indent=1, allow_nan=False) + "\n"
+    write_file(directory.path / "results.json", results.encode())
+    markdown = render_markdown(findings, wall_s, directory.path)
+    write_file(directory.path / "report.md", markdown.encode())
+    write_file(directory.path / "report.html", render_html(markdown, directory.path).encode())
+
+
+def render_markdown(findings: Findings, wall_s: dict[str, float], folder: Path) -> str:
+    """Return the report as Markdown.
+
+    Parameters
+    ----------
+    findings
+        What it reports.
+    wall_s
+        How long each phase took [s].
+    folder
+        Where the report lies, and its figures in the folder `figures`.
+    """
+    environment = Environment(
+        loader=FileSystemLoader(Path(__file__).parent),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        autoescape=False,  # Markdown, of our own numbers
+    )
+    environment.filters |= {
+        "cm": _scaled(100, 2),
+        "mm": _scaled(1000, 1),
+        "percent": _percent,
+        "power": _power,
+    }
+    scenario = findings.settings.scenario
+    return environment.get_template("report.md.j2").render(
+        f=findings,
+        s=findings.settings,
+        scenario=scenario,
+        paper=paper,
+        planner_stop=LONGEST_MISS,
+        clear=clear_radius(scenario),
+        platform=f"{platform.system()} {platform.machine()}, {available_processors()} processors",
+        command=findings.settings.command(folder),
+        wall_s=wall_s,
+        captions=CAPTIONS,
+        failures=FAILURES,
+        explain=lambda trial, others: explain(trial, scenario, others),
+        # What was checked by hand on this run, and may not hold for another.
+        is_known=scenario == Scenario() and not findings.settings.is_quick,
+    )
+
+
+def explain(trial: Trial, scenario: Scenario, others: str = "the model") -> str:
+    """Return in words why a cast missed: what the plan, what `others` and what the entry had to do with it."""
+    if trial.status == Status.DIVERGED:
+        return "its numbers left all bounds"
+    if trial.limits_hit:
+        return f"the arm met the limit of {', '.join(trial.limits_hit)}"
+    if trial.executed_offset is None or trial.executed_across is None:
+        return "the ball never came down to the rim plane"
+    if trial.is_feasible:
+        plan = f"the planner was content with {_signed_mm(trial.predicted_offset)} mm from the middle"
+    else:
+        plan = (
+            f"the planner found no cast within {1e3 * LONGEST_MISS:g} mm and kept its best one, "
+            f"{1e3 * trial.predicted_miss:.1f} mm off"
+        )
+    error = trial.executed_offset - trial.predicted_offset
+    return (
+        f"{plan}; {others} added {_signed_mm(error)} mm along and {_signed_mm(trial.executed_across)} mm across; the ball came in "
+        f"{1e3 * (trial.executed_miss or 0.0):.1f} mm from the middle, at {math.degrees(trial.entry_angle or 0.0):.0f}° from the "
+        f"vertical; falling straight down it would clear the rim by {1e3 * clear_radius(scenario):.0f} mm"
+    )
+
+
+def render_html(markdown: str, folder: Path) -> str:
+    """Return one page with all of the report in it, its figures included; they are read from `folder`."""
+    # Links to files beside the page would break when it is moved.
+    markdown = re.sub(r" \(\[PDF\]\([^)]*\)\)|(?<=\[results\.json\])\(results\.json\)", "", markdown)
+    body = MarkdownIt("commonmark").enable("table").render(markdown)
+    body = re.sub(r'src="(figures/[^"]+\.png)"', lambda match: f'src="{_data_uri(folder / match[1])}"', body)
+    title = markdown.splitlines()[0].lstrip("# ")
+    return (
+        f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{title}</title>\n'
+        f'<meta name="viewport" content="width=device-width, initial-scale=1">\n<style>{_STYLE}</style>\n'
+        f"</head>\n<body>\n{body}</body>\n</html>\n"
+    )
+
+
+def _signed_mm(value: float) -> str:
+    # Adding 0 turns a rounded -0 into 0.
+    return f"{round(1e3 * value, 1) + 0:+.1f}"
+
+
+def _scaled(factor: float, digits: int) -> Callable[..., str]:
+    def text(value: float | None, digits: int = digits) -> str:
+        return MISSING if value is None else f"{factor * value:.{digits}f}"
+
+    return text
+
+
+def _percent(value: float, digits: int = 0) -> str:
+    return f"{100 * value:.{digits}f} %"
+
+
+def _power(value: float) -> str:
+    """Return a number of any size, with a power of ten where it is small or large."""
+    if 0.01 <= abs(value) < 1000:
+        return f"{value:.3g}"
+    mantissa, exponent = f"{value:.1e}".split("e")
+    return f"{mantissa}·10^{int(exponent)}"
+
+
+def _data_uri(path: Path) -> str:
+    return f"data:image/png;base64,{base64.b64encode(path.read_bytes()).decode()}"
+
+
+_STYLE = """
+body { font: 16px/1.5 system-ui, sans-serif; color: #26292e; background: #fff; }
+body { max-width: 60rem; margin: 2rem auto; padding: 0 1rem; }
+h1, h2, h3 { line-height: 1.2; margin-top: 2.2rem; }
+table { border-collapse: collapse; margin: 1rem 0; font-size: 0.92em; display: block; overflow-x: auto; }
+th, td { padding: 0.3rem 0.7rem; border-bottom: 1px solid #d5d9de; text-align: left; vertical-align: top; }
+th { border-bottom: 2px solid #26292e; }
+img { max-width: 100%; height: auto; display: block; margin: 1.5rem auto 0.5rem; }
+code, pre { font-family: ui-monospace, monospace; font-size: 0.92em; background: #f0f3f7; }
+pre { padding: 0.7rem; overflow-x: auto; }
+"""

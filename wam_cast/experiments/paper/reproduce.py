@@ -1,0 +1,203 @@
+"""The experiment from its casts to its report, phase by phase."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Executor
+from functools import cached_property, partial
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from wam_cast.experiments.paper.comparison import compare
+from wam_cast.experiments.paper.execution import Thrower, execute_plans
+from wam_cast.experiments.paper.findings import PLANNERS, Findings
+from wam_cast.experiments.paper.landing_map import map_landings
+from wam_cast.experiments.paper.learning_curves import learn_with_fewer_casts
+from wam_cast.experiments.paper.noise_study import study_noise
+from wam_cast.experiments.paper.report import write_report
+from wam_cast.experiments.paper.report_figures import CAPTIONS, draw_figures
+from wam_cast.experiments.paper.results import (
+    Chosen,
+    Comparison,
+    Executions,
+    LandingMap,
+    LearningCurves,
+    NoiseStudy,
+    Result,
+    Samples,
+    Selection,
+    floats,
+)
+from wam_cast.experiments.paper.selection import select_models
+from wam_cast.experiments.paper.settings import OnProgress, Settings
+from wam_cast.learning.dataset import CastDataset, generate_dataset
+from wam_cast.learning.forward_model import ForwardModel
+from wam_cast.learning.parts import Parts, split_casts
+from wam_cast.parallel.workers import Workers
+from wam_cast.scenario import Scenario
+from wam_cast.storage.run_directory import RunDirectory
+
+Progress = Callable[[str, int, int], None]
+"""Takes a phase's title, how much of it is done, and how much there is."""
+
+R = TypeVar("R", bound=Result)
+
+
+def reproduce(
+    scenario: Scenario,
+    directory: str | Path,
+    *,
+    seed: int = 0,
+    quick: bool = False,
+    executor: Executor | None = None,
+    on_progress: Progress | None = None,
+) -> Findings:
+    """Run the experiment of the paper's Section 3, and write its report.
+
+    A run that was interrupted goes on where it stopped. A script must call this under `if __name__ == "__main__":`, since
+    worker processes import it.
+
+    Parameters
+    ----------
+    scenario
+        What is cast. Its noise, if it is on, serves the section on noise; without it that section takes typical noise.
+    directory
+        Where everything goes: `report.md`, `report.html`, `results.json`, `figures/`, and what is needed to go on.
+    seed
+        Draws all that is random.
+    quick
+        With a tenth of the data.
+    executor
+        Runs what can run in parallel, as for `generate_dataset`: by default processes on this machine. Its workers must share the
+        file system, since they draw the figures too.
+    on_progress
+        Called as work is done.
+
+    Raises
+    ------
+    InputError
+        If the seed is no whole number from 0 on, the directory holds something else or a run with other settings or is in use,
+        or the scenario cannot be simulated or learned.
+    """
+    settings = Settings.of(scenario, seed, quick)
+    report = on_progress or (lambda _title, _done, _n: None)
+    # One thread for each process, which also makes ill-conditioned sums the same whatever the number of processors.
+    with RunDirectory(directory, settings) as store, Workers() as workers, threadpool_limits(1):
+        run = _Run(settings, store, executor or workers, report)
+        findings = run.findings()
+        with store.timed("figures"):
+            run.draw_figures(findings)
+        write_report(findings, store)
+    return findings
+
+
+class _Run:
+    """The phases, each of them done now or read from an earlier run."""
+
+    def __init__(
+        self, settings: Settings, directory: RunDirectory, executor: Executor | Workers, on_progress: Progress
+    ) -> None:
+        self._settings, self._directory, self._executor = settings, directory, executor
+        self._on_progress = on_progress
+
+    def findings(self) -> Findings:
+        settings, scenario = self._settings, self._settings.scenario
+        samples = self._phase("casts", Samples, lambda _: describe_samples(self._casts, self._parts))
+        selection = self._phase(
+            "model selection", Selection, lambda r: select_models(scenario, self._parts, r)
+        )
+        comparison = self._phase(
+            "comparison", Comparison, lambda r: compare(scenario, self._parts, selection, settings.seed, r)
+        )
+        learning_curves = self._phase(
+            "learning curves",
+            LearningCurves,
+            lambda r: learn_with_fewer_casts(
+                scenario, self._parts, settings.seed, settings.n_repeats, self._executor, r
+            ),
+        )
+        chosen = selection.per_parameter
+        landing_map = self._phase("landing map", LandingMap, lambda r: map_landings(self._model(chosen), r))
+        executions = self._phase("execution", Executions, lambda r: self._execute(chosen, r)).planners
+        noise = self._phase(
+            "noise",
+            NoiseStudy,
+            lambda r: study_noise(settings, self._casts, self._noisy_casts, chosen, self._executor, r),
+        )
+        return Findings(
+            settings, samples, selection, comparison, learning_curves, landing_map, executions, noise
+        )
+
+    def draw_figures(self, findings: Findings) -> None:
+        self._report("figures", 0, len(CAPTIONS))
+        for done, _ in enumerate(draw_figures(findings, self._directory.figures, self._executor), 1):
+            self._report("figures", done, len(CAPTIONS))
+
+    def _phase(self, title: str, kind: type[R], compute: Callable[[OnProgress], R]) -> R:
+        return self._directory.phase(
+            title.replace(" ", "-"), kind, lambda: compute(partial(self._report, title))
+        )
+
+    def _report(self, title: str, done: int, n: int) -> None:
+        self._on_progress(title, done, n)
+
+    @cached_property
+    def _casts(self) -> CastDataset:
+        return self._generate(self._settings.scenario, self._directory.casts, "casts")
+
+    @cached_property
+    def _noisy_casts(self) -> CastDataset:
+        return self._generate(self._settings.noisy_scenario, self._directory.noisy_casts, "noisy casts")
+
+    @cached_property
+    def _parts(self) -> Parts:
+        # One split for all phases: its test part opens once.
+        return split_casts(self._casts)
+
+    def _generate(self, scenario: Scenario, directory: Path, title: str) -> CastDataset:
+        """Return the dataset in `directory`; what is missing of it is simulated."""
+        settings = self._settings
+        return generate_dataset(
+            scenario,
+            settings.n_casts,
+            settings.seed,
+            executor=self._executor,
+            directory=directory,
+            on_progress=partial(self._report, title),
+        )
+
+    def _model(self, chosen: Chosen) -> ForwardModel:
+        return ForwardModel.from_hyperparameters(self._casts, chosen.sigma, chosen.regularization)
+
+    def _execute(self, chosen: Chosen, report: OnProgress) -> Executions:
+        model = self._model(chosen)
+        throwers = [Thrower(planner, planner, model) for planner in PLANNERS]
+        settings = self._settings
+        return Executions(
+            planners=execute_plans(
+                settings.scenario, throwers, settings.n_cups, executor=self._executor, report=report
+            )
+        )
+
+
+def describe_samples(data: CastDataset, parts: Parts) -> Samples:
+    """Return counts of a dataset, and its training casts."""
+    X, y = parts.train
+    train, _, _ = data.split()
+    frame = data.frame.iloc[train]
+    return Samples(
+        statuses={str(status): int(n) for status, n in data.frame["status"].value_counts().items()},
+        n_train=len(X),
+        n_validation=len(parts.validation.X),
+        n_test=parts.n_test,
+        share_slack=float(np.mean(frame["is_slack"].to_numpy(dtype=bool))),
+        distance=floats(X[:, 0]),
+        speed=floats(X[:, 1]),
+        wait=floats(X[:, 2]),
+        landing_along=floats(parts.train.landing),
+        landing_std=float(np.std(parts.train.landing)),
+        largest_across=float(np.max(np.abs(y[:, 1]))),
+    )

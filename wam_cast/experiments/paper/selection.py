@@ -1,0 +1,155 @@
+"""Model selection: sigma as in the paper, and a better way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from wam_cast.cast import cast_bounds
+from wam_cast.experiments.paper import published as paper
+from wam_cast.experiments.paper.results import (
+    Chosen,
+    Descent,
+    ErrorCurve,
+    Selection,
+    floats,
+    maybe_floats,
+)
+from wam_cast.experiments.paper.settings import OnProgress
+from wam_cast.experiments.statistics import rmse
+from wam_cast.learning.forward_model import START_SIGMA, tune_model
+from wam_cast.learning.kernel_ridge import KernelRidge
+from wam_cast.learning.leave_one_out import tune_by_leave_one_out
+from wam_cast.learning.parts import Parts
+from wam_cast.learning.tuning import TuningResult, tune_sigma
+from wam_cast.scenario import Scenario
+from wam_cast.types import Array
+
+SIGMAS = np.geomspace(0.1, 3.0, 31)
+REGULARIZATIONS = np.geomspace(1e-10, 1e-1, 19)
+PAPERS_REGULARIZATIONS = np.array([1e-8, 1e-6, 1e-4, 1e-2, 1.0])
+"""At which the paper's own sigma is tried."""
+
+SI_UNITS = (np.zeros(3), np.ones(3))
+"""Bounds that leave parameters as they are."""
+
+DESCENT_STARTS = (0.2, 1.5)
+"""Of the paper's descent, on either side of the minimum: the error is not convex in sigma."""
+
+
+def select_models(scenario: Scenario, parts: Parts, report: OnProgress) -> Selection:
+    """Choose sigma and lambda in three ways, and trace the errors over each; the test part stays closed."""
+    errors, unscaled = _Errors(cast_bounds(scenario), parts), _Errors(SI_UNITS, parts)
+    n_steps = len(SIGMAS) + len(REGULARIZATIONS) + len(PAPERS_REGULARIZATIONS) + 2 + len(DESCENT_STARTS)
+    done = 0
+
+    def finished() -> None:
+        nonlocal done
+        done += 1
+        report(done, n_steps)
+
+    report(0, n_steps)
+    isotropic = errors.chosen(errors.by_leave_one_out())
+    finished()
+    per_parameter = errors.chosen(tune_model(scenario, parts.train))
+    finished()
+    descents = []
+    for start in DESCENT_STARTS:
+        descents.append(errors.by_validation(start, isotropic.regularization))
+        finished()
+    best = min(descents, key=lambda tuned: tuned.rmse)
+    sigma_curve = errors.curve(SIGMAS, lambda sigma: (sigma, isotropic.regularization), finished)
+    regularization_curve = errors.curve(REGULARIZATIONS, lambda lam: (isotropic.sigma[0], lam), finished)
+    papers_curve = unscaled.curve(PAPERS_REGULARIZATIONS, lambda lam: (paper.SIGMA, lam), finished)
+    return Selection(
+        by_validation=errors.chosen(best),
+        isotropic=isotropic,
+        per_parameter=per_parameter,
+        sigma_curve=sigma_curve,
+        regularization_curve=regularization_curve,
+        papers_curve=papers_curve,
+        descents=tuple(
+            Descent(x=floats(tuned.sigma_path), rmse=floats(tuned.rmse_path)) for tuned in descents
+        ),
+    )
+
+
+def make_estimator(scenario: Scenario, chosen: Chosen) -> KernelRidge:
+    """Return the unfitted estimator with hyperparameters that were chosen."""
+    sigma = chosen.sigma[0] if len(chosen.sigma) == 1 else np.array(chosen.sigma)
+    return KernelRidge(sigma=sigma, regularization=chosen.regularization, input_bounds=cast_bounds(scenario))
+
+
+def select_per_parameter(scenario: Scenario, parts: Parts) -> Chosen:
+    """Choose a sigma for each parameter and lambda; the test part stays closed."""
+    return _Errors(cast_bounds(scenario), parts).chosen(tune_model(scenario, parts.train))
+
+
+def regularization_curve(scenario: Scenario, parts: Parts, sigma: tuple[float, ...]) -> ErrorCurve:
+    """Return the errors over lambda at one `sigma`."""
+    errors = _Errors(cast_bounds(scenario), parts)
+    return errors.curve(REGULARIZATIONS, lambda lam: (np.array(sigma), lam), lambda: None)
+
+
+class _Errors:
+    """The landing's errors along the casting plane, by leave-one-out over the training casts and on the validation casts."""
+
+    def __init__(self, bounds: tuple[Array, Array], parts: Parts) -> None:
+        self._bounds = bounds
+        self._train, self._validation = parts.train, parts.validation
+
+    def by_leave_one_out(self) -> TuningResult:
+        return tune_by_leave_one_out(
+            self._train.X, self._train.landing, sigma0=START_SIGMA, input_bounds=self._bounds
+        )
+
+    def by_validation(self, sigma0: float, regularization: float) -> TuningResult:
+        return tune_sigma(
+            self._train.X,
+            self._train.landing,
+            self._validation.X,
+            self._validation.landing,
+            sigma0=sigma0,
+            regularization=regularization,
+            input_bounds=self._bounds,
+        )
+
+    def evaluate(self, sigma: float | Array, regularization: float) -> tuple[float, float]:
+        """Return the leave-one-out RMSE and the validation RMSE [m]; nan if the kernel matrix is singular."""
+        model = KernelRidge(sigma=sigma, regularization=regularization, input_bounds=self._bounds)
+        try:
+            model.fit(self._train.X, self._train.landing)
+        except np.linalg.LinAlgError:
+            return np.nan, np.nan
+        return (
+            rmse(model.leave_one_out_residuals()),
+            rmse(model.predict(self._validation.X) - self._validation.landing),
+        )
+
+    def chosen(self, tuned: TuningResult) -> Chosen:
+        loo, validation = self.evaluate(np.asarray(tuned.sigma), tuned.regularization)
+        return Chosen(
+            sigma=floats(tuned.sigma),
+            regularization=tuned.regularization,
+            leave_one_out_rmse=loo,
+            validation_rmse=validation,
+        )
+
+    def curve(
+        self,
+        values: Array,
+        at: Callable[[float], tuple[float | Array, float]],
+        finished: Callable[[], None],
+    ) -> ErrorCurve:
+        loo, validation = [], []
+        for value in values:
+            errors = self.evaluate(*at(float(value)))
+            loo.append(errors[0])
+            validation.append(errors[1])
+            finished()
+        return ErrorCurve(
+            x=floats(values),
+            validation_rmse=maybe_floats(validation),
+            leave_one_out_rmse=maybe_floats(loo),
+        )

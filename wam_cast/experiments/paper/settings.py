@@ -1,0 +1,123 @@
+"""What one run of the experiment depends on."""
+
+from __future__ import annotations
+
+import hashlib
+import shlex
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.metadata import version
+from pathlib import Path
+
+import wam_cast
+from wam_cast.errors import checked_whole_number
+from wam_cast.scenario import Noise, Scenario
+from wam_cast.storage.dataset_directory import current_versions
+
+OnProgress = Callable[[int, int], None]
+"""Takes how much of a phase is done, and how much there is."""
+
+
+@dataclass(frozen=True)
+class Size:
+    """How much of everything: casts, cups on the line, and random subsets of each size in the learning curves."""
+
+    n_casts: int
+    n_cups: int
+    n_repeats: int
+
+
+FULL = Size(n_casts=1700, n_cups=100, n_repeats=8)
+QUICK = Size(n_casts=170, n_cups=10, n_repeats=3)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """One run of the experiment.
+
+    Attributes
+    ----------
+    scenario
+        Without noise.
+    noise
+        Of the section on casts that do not repeat.
+    seed
+        Draws the casts, the subsets of the learning curves, the starts of the neural network, and the noise.
+    n_casts
+        Split 1300 : 300 : 100 into training, validation and test casts.
+    n_cups
+        Evenly over the line that can be reached.
+    n_repeats
+        Random subsets of each size in the learning curves.
+    is_quick
+        Whether it has a tenth of the data.
+    """
+
+    scenario: Scenario
+    noise: Noise
+    seed: int
+    n_casts: int
+    n_cups: int
+    n_repeats: int
+    is_quick: bool
+
+    @classmethod
+    def of(cls, scenario: Scenario, seed: int, quick: bool) -> Settings:
+        """Return the settings of a full run, or of a quick one with a tenth of the data.
+
+        The experiment is about casts that repeat exactly; a scenario's own noise is kept for the section on noise.
+        """
+        seed = checked_whole_number("seed", seed, 0)
+        noise = scenario.noise if scenario.noise.is_on else Noise.typical()
+        clean = scenario.model_copy(update={"noise": Noise()})
+        return cls(clean, noise, seed, **vars(QUICK if quick else FULL), is_quick=quick)
+
+    @property
+    def versions(self) -> dict[str, str]:
+        """Of the software that numbers come from."""
+        return current_versions() | {package: version(package) for package in ("scipy", "scikit-learn")}
+
+    def command(self, directory: Path) -> str:
+        """Return the command line of the run in `directory`; its scenario is there too."""
+        words = ["wam-cast", "reproduce", "--seed", str(self.seed), "--out", str(directory)]
+        if self.own_scenario != Scenario():
+            words += ["--scenario", str(directory / "scenario.yaml")]
+        if self.is_quick:
+            words.append("--quick")
+        return shlex.join(words)
+
+    @property
+    def own_scenario(self) -> Scenario:
+        """What the run was asked for: with the noise of its section, unless that is the typical one."""
+        return self.scenario if self.noise == Noise.typical() else self.noisy_scenario
+
+    @property
+    def noisy_scenario(self) -> Scenario:
+        """The scenario with its noise on."""
+        return self.scenario.model_copy(update={"noise": self.noise})
+
+    @property
+    def identity(self) -> dict[str, object]:
+        """What must be the same for a run to go on where another one stopped."""
+        return {
+            "scenario": self.scenario.model_dump(mode="json"),
+            "fingerprint": self.scenario.fingerprint,
+            "noise": self.noise.model_dump(mode="json"),
+            "seed": self.seed,
+            "n_casts": self.n_casts,
+            "n_cups": self.n_cups,
+            "n_repeats": self.n_repeats,
+            "versions": self.versions,
+            "code": _digest_of_package(),
+        }
+
+
+@lru_cache(maxsize=1)
+def _digest_of_package() -> str:
+    """Return a hash of the package's sources: what another version of them found must not be mixed with what these find."""
+    package = Path(wam_cast.__file__).parent
+    digest = hashlib.sha256()
+    for path in sorted(package.rglob("*.py")):
+        digest.update(f"{path.relative_to(package)}\n".encode() + path.read_bytes())
+    return digest.hexdigest()[:16]

@@ -1,0 +1,59 @@
+"""Numbers that describe many casts."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.stats import binomtest, bootstrap, norm
+
+from wam_cast.experiments.paper.results import Statistics
+from wam_cast.types import Array
+
+
+def rmse(residuals: Array) -> float:
+    """Return the root of the mean squared residual."""
+    return float(np.sqrt(np.mean(residuals**2)))
+
+
+def rmse_interval(residuals: Array, seed: int) -> tuple[float, float]:
+    """Return the 95 % interval of the RMSE of residuals, shape (n,), by the bootstrap over them (percentiles, 2000 resamples)."""
+
+    def root_mean_square(sample: Array, axis: int = -1) -> Array:
+        return np.asarray(np.sqrt(np.mean(sample**2, axis=axis)))
+
+    interval = bootstrap(
+        (residuals,),
+        root_mean_square,
+        n_resamples=2000,
+        method="percentile",
+        rng=np.random.default_rng(seed),
+    ).confidence_interval
+    return float(interval.low), float(interval.high)
+
+
+def wilson_interval(n_hits: int, n: int) -> tuple[float, float]:
+    """Return Wilson's 95 % interval of a rate."""
+    interval = binomtest(n_hits, n).proportion_ci(method="wilson")
+    return float(interval.low), float(interval.high)
+
+
+def describe(values: Array) -> Statistics:
+    """Return mean, median, 95th percentile and maximum of the finite ones among `values`, shape (n,)."""
+    finite = values[np.isfinite(values)]
+    if len(finite) == 0:
+        return Statistics(n=0, mean=None, median=None, p95=None, max=None)
+    return Statistics(
+        n=len(finite),
+        mean=float(np.mean(finite)),
+        median=float(np.median(finite)),
+        p95=float(np.percentile(finite, 95)),
+        max=float(np.max(finite)),
+    )
+
+
+def coverage(residuals: Array, std: Array, shares: Array) -> Array:
+    """Return which share of normal errors of standard deviations `std`, shape (n,), lies within the central intervals of `shares`.
+
+    The residuals, shape (n,), are honest if that is the share that each interval should hold, shape (m,).
+    """
+    half_widths = norm.ppf((1 + shares) / 2)
+    return np.asarray(np.mean(np.abs(residuals / std)[:, np.newaxis] <= half_widths, axis=0))

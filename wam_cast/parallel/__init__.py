@@ -1,0 +1,1 @@
+"""Worker processes, threads of the numerical libraries, and random streams."""

@@ -1,0 +1,116 @@
+"""The noise of a cast: what is drawn from a noise seed, each source from a random stream of its own.
+
+A noisy cast is a pure function of scenario, cast, cup and noise seed, and what one source draws depends on no other. The encoders
+draw nothing, see `wam_cast.robot.encoders`.
+"""
+
+from __future__ import annotations
+
+import math
+from enum import IntEnum
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from pydrake.common.value import Value
+from pydrake.multibody.tree import UniformGravityFieldElement
+from pydrake.systems.framework import AbstractParameterIndex, LeafSystem
+
+from wam_cast.cast import Cast
+from wam_cast.robot.controller import saturate
+from wam_cast.robot.plant import N_ARM
+from wam_cast.scenario import Noise, Scenario
+from wam_cast.types import Array
+
+LEAST_SHARE = 0.1
+"""Of its command, to which noise may lower a distance or a speed."""
+
+CHUNK = 512
+"""Samples whose torque noise is drawn at once."""
+
+
+class Source(IntEnum):
+    """What noise is drawn for; the numbers name the random streams and must stay."""
+
+    MOVE = 0
+    SWING = 1
+    TORQUE = 2
+
+
+def random_stream(noise_seed: int, source: Source, chunk: int = 0) -> np.random.Generator:
+    """Return the generator of one chunk of a source's random numbers."""
+    return np.random.default_rng(np.random.SeedSequence(noise_seed, spawn_key=(source, chunk)))
+
+
+def executed_cast(noise: Noise, cast: Cast, noise_seed: int) -> Cast:
+    """Return the cast that the arm executes when `cast` is commanded: a normal deviate off in distance, speed and wait."""
+    deviates = random_stream(noise_seed, Source.MOVE).standard_normal(3)
+    command = cast.to_array()
+    executed = command + [noise.distance, noise.speed, noise.wait] * deviates
+    return Cast.from_array(np.maximum(executed, [LEAST_SHARE, LEAST_SHARE, 0] * command), cast.bearing)
+
+
+def swing_at_start(scenario: Scenario, noise_seed: int) -> tuple[Array, Array]:
+    """Return by how much the hanging string is off [rad], and how fast it turns [rad/s], about the hook's two axes: each (2,).
+
+    As a pendulum of the string's length does: angles and rates have independent normal deviates, of which the rates' are
+    larger by the pendulum's frequency, so that every phase is as likely.
+    """
+    angles, phases = scenario.noise.swing * random_stream(noise_seed, Source.SWING).standard_normal((2, 2))
+    return angles, math.sqrt(UniformGravityFieldElement.kDefaultStrength / scenario.string.length) * phases
+
+
+def torque_deviates(noise_seed: int, sample: int) -> Array:
+    """Return the standard normal deviates of the joints' torques in one control period, shape (7,)."""
+    chunk, row = divmod(sample, CHUNK)
+    return np.asarray(_torque_chunk(noise_seed, chunk)[row])
+
+
+@lru_cache(maxsize=16)
+def _torque_chunk(noise_seed: int, chunk: int) -> Array:
+    deviates = random_stream(noise_seed, Source.TORQUE, chunk).standard_normal((CHUNK, N_ARM))
+    deviates.setflags(write=False)  # it is shared
+    return deviates
+
+
+class TorqueNoise(LeafSystem):
+    """Adds noise to the commanded torque, and keeps the sum within what the motors give.
+
+    The noise is a pure function of the noise seed, an abstract parameter of the context, and of the number of the control
+    period: any two of these systems agree on it.
+
+    Ports
+    -----
+    commanded [N m] (7) -> torque [N m] (7)
+
+    Parameters
+    ----------
+    share
+        Standard deviation as a share of each joint's limit.
+    limits
+        Of the torques [N m], shape (7,).
+    period
+        Of the control [s].
+    """
+
+    def __init__(self, share: float, limits: Array, period: float) -> None:
+        super().__init__()
+        self._deviation, self._limits, self._period = share * limits, limits, period
+        self._input = self.DeclareVectorInputPort("commanded", N_ARM)
+        # A Python object, since a number of Drake's could not hold every whole number.
+        self._seed_index = self.DeclareAbstractParameter(Value[object](0))
+        seed_ticket = self.abstract_parameter_ticket(AbstractParameterIndex(self._seed_index))
+        self.DeclareVectorOutputPort(
+            "torque", N_ARM, self._calc_torque, {self._input.ticket(), seed_ticket, self.time_ticket()}
+        )
+
+    def set_seed(self, context: Any, noise_seed: int) -> None:
+        """Set the noise seed in this system's own `context`."""
+        context.get_mutable_abstract_parameter(self._seed_index).set_value(noise_seed)
+
+    def _calc_torque(self, context: Any, output: Any) -> None:
+        # A sample's time may fall short of it by rounding.
+        sample = math.floor(context.get_time() / self._period + 1e-6)
+        seed = context.get_abstract_parameter(self._seed_index).get_value()
+        noise = self._deviation * torque_deviates(seed, sample)
+        output.SetFromVector(saturate(self._input.Eval(context) + noise, self._limits))

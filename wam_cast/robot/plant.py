@@ -1,0 +1,275 @@
+"""Scenario -> MultibodyPlant: the WAM from `models/`, the string, the ball and the cup from the scenario.
+
+Frames: W world, B arm base (`base`), E hand (`tool_plate`), L ball, C cup (rim's centre, z up). The base is rolled by pi, so
+that the arm hangs and joint 1 turns by `-bearing`.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+from pydrake.geometry import AddContactMaterial, Box, Cylinder, ProximityProperties, Sphere
+from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
+from pydrake.multibody.tree import FixedOffsetFrame, SpatialInertia, UnitInertia, UniversalJoint
+from scipy.optimize import brentq
+
+from wam_cast.arm_model import arm_model_path
+from wam_cast.errors import InputError
+from wam_cast.robot.cup_mesh import cup_mesh
+from wam_cast.scenario import Ball, Cup, Scenario, String
+from wam_cast.types import Array
+
+N_ARM = 7
+"""Joints of the arm: the first positions and velocities of every plant that is made here."""
+
+HOOK = slice(N_ARM, N_ARM + 2)
+"""The joint between hand and string among those of a plant with a string: its angles in the casting plane and across it."""
+
+IMPACT_SPEED = 2.0
+"""At which a cup's restitution is stated [m/s]: about as fast as casts come down."""
+
+STICTION_SPEED = 0.1
+"""Sliding speed [m/s] below which contact friction fades; a sharper law would cost the integrator many steps an impact."""
+
+N_CUP_WALLS = 16
+"""Boxes that make up the cup's round wall for contact."""
+
+STRING_COLOR = (0.28, 0.24, 0.20, 1.0)
+BALL_COLOR = (0.90, 0.33, 0.05, 1.0)
+CUP_COLOR = (0.10, 0.42, 0.60, 0.25)
+"""Translucent, so that a caught ball can be seen."""
+FLOOR_COLOR = (0.80, 0.80, 0.78, 1.0)
+FLOOR_RADIUS = 1.5
+"""Of the round patch of floor that is drawn [m]; contact knows a larger one."""
+
+
+def add_arm(plant: Any, scenario: Scenario) -> Any:
+    """Add the WAM, hanging from the ceiling above the world's origin; return its model instance."""
+    with _quiet_about_joint_friction():
+        (arm,) = Parser(plant).AddModels(arm_model_path())
+    X_WB = RigidTransform(RollPitchYaw(np.pi, 0, 0), [0, 0, scenario.arm.mount_height])
+    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("base", arm), X_WB)
+    return arm
+
+
+def add_string(plant: Any, string: String, parent_frame: Any) -> Any:
+    """Add the string below `parent_frame` and return the frame at its end.
+
+    A universal joint turns about x of its parent first, then about y of its child, and is singular where the second angle
+    is a right angle. `parent_frame` has its x axis normal to the casting plane, so that swinging in that plane is the first
+    angle, which may turn without limit.
+    """
+    model = plant.AddModelInstance("string")
+    link_length = string.length / string.n_links
+    inertia = SpatialInertia(
+        string.mass / string.n_links,
+        np.array([0, 0, link_length / 2]),
+        UnitInertia.ThinRod(link_length, [0, 0, 1]).ShiftFromCenterOfMass([0, 0, -link_length / 2]),
+    )
+    for i in range(string.n_links):
+        link = plant.AddRigidBody(f"string_link{i}", model, inertia)
+        damping = string.hook_damping if i == 0 else string.bending_damping / link_length
+        plant.AddJoint(UniversalJoint(f"string_joint{i}", parent_frame, link.body_frame(), damping))
+        parent_frame = plant.AddFrame(
+            FixedOffsetFrame(f"string_end{i}", link.body_frame(), RigidTransform([0.0, 0.0, link_length]))
+        )
+        if plant.geometry_source_is_registered():
+            X_LinkGeometry = RigidTransform([0.0, 0.0, link_length / 2])
+            thread = Cylinder(0.0020, link_length)
+            plant.RegisterVisualGeometry(link, X_LinkGeometry, thread, f"string_link{i}", STRING_COLOR)
+    return parent_frame
+
+
+def add_ball(plant: Any, ball: Ball, string_end: Any, contact: Any = None) -> Any:
+    """Add the ball, its centre at the string's end; return its body. `contact`: proximity properties, or none."""
+    inertia = SpatialInertia.SolidSphereWithMass(ball.mass, ball.radius)
+    body = plant.AddRigidBody("ball", plant.AddModelInstance("ball"), inertia)
+    plant.WeldFrames(string_end, body.body_frame())
+    if plant.geometry_source_is_registered():
+        shape = Sphere(ball.radius)
+        plant.RegisterVisualGeometry(body, RigidTransform(), shape, "ball", BALL_COLOR)
+        if contact is not None:
+            plant.RegisterCollisionGeometry(body, RigidTransform(), shape, "ball", contact)
+    return body
+
+
+def hunt_crossley_dissipation(restitution: float) -> float:
+    """Return the dissipation d [s/m] of the law f = k x (1 + d x') with which an impact at 2 m/s keeps `restitution` of its speed.
+
+    Along the motion v dv/dx = -(k / m) x (1 + d v), which integrates to a - ln(1 + a) = -b - ln(1 - b) for d times the speed
+    before (a) and after (b): Hunt and Crossley, Coefficient of Restitution Interpreted as Damping in Vibroimpact, 1975.
+    """
+
+    def mismatch(a: float) -> float:
+        b = restitution * a
+        return a - math.log1p(a) + b + math.log1p(-b)
+
+    # At 0 the mismatch has a double zero of its own, and b = 1 takes an infinite a.
+    return float(brentq(mismatch, 1e-6, (1 - 1e-12) / restitution)) / IMPACT_SPEED
+
+
+def contact_material(cup: Cup) -> Any:
+    """Return the proximity properties that ball, cup and floor share."""
+    properties = ProximityProperties()
+    AddContactMaterial(
+        dissipation=hunt_crossley_dissipation(
+            cup.restitution
+        ),  # Drake takes the mean of two equally stiff bodies
+        point_stiffness=2 * cup.stiffness,  # two equal bodies in contact act as springs in series
+        friction=CoulombFriction(cup.friction, cup.friction),
+        properties=properties,
+    )
+    return properties
+
+
+def add_cup(plant: Any, cup: Cup) -> None:
+    """Add the cup, a hollow cylinder with an open top, and the floor; the cup's frame C is at the rim's centre.
+
+    Its wall is a ring of boxes for contact, whose inner faces touch the inner radius. Where the cup stands is the pose of
+    the frame `cup_mount`, a parameter of the plant's context.
+    """
+    model = plant.AddModelInstance("cup")
+    # The cup stands still, so its inertia matters to nothing but the plant's checks.
+    body = plant.AddRigidBody("cup", model, SpatialInertia.SolidSphereWithMass(0.1, cup.outer_radius))
+    mount = plant.AddFrame(
+        FixedOffsetFrame("cup_mount", plant.world_frame(), RigidTransform([0, 0, cup.rim_height]), model)
+    )
+    plant.WeldFrames(mount, body.body_frame())
+    material = contact_material(cup)
+    width = 2 * cup.outer_radius * np.tan(np.pi / N_CUP_WALLS)
+    wall = Box(cup.wall_thickness, width, cup.rim_height)
+    for i in range(N_CUP_WALLS):
+        R_CWall = RotationMatrix.MakeZRotation(2 * np.pi * i / N_CUP_WALLS)
+        p_CWall = R_CWall @ np.array([cup.inner_radius + cup.wall_thickness / 2, 0, -cup.rim_height / 2])
+        X_CWall = RigidTransform(R_CWall, p_CWall)
+        plant.RegisterCollisionGeometry(body, X_CWall, wall, f"cup_wall{i}", material)
+    bottom = Cylinder(cup.outer_radius, cup.bottom_thickness)
+    X_CBottom = RigidTransform([0.0, 0.0, cup.bottom_thickness / 2 - cup.rim_height])
+    plant.RegisterCollisionGeometry(body, X_CBottom, bottom, "cup_bottom", material)
+    plant.RegisterVisualGeometry(body, RigidTransform(), cup_mesh(cup), "cup", CUP_COLOR)
+    slab = Box(6, 6, 0.2)
+    X_WSlab = RigidTransform([0.0, 0.0, -0.1])
+    plant.RegisterCollisionGeometry(plant.world_body(), X_WSlab, slab, "floor", material)
+    patch = Cylinder(FLOOR_RADIUS, 0.02)
+    X_WPatch = RigidTransform([0.0, 0.0, -0.01])
+    plant.RegisterVisualGeometry(plant.world_body(), X_WPatch, patch, "floor", FLOOR_COLOR)
+
+
+def add_hook(plant: Any) -> Any:
+    """Add and return the frame on the tool plate from which the string hangs: x normal to the casting plane, z out of the plate."""
+    X_EHook = RigidTransform(RotationMatrix.MakeZRotation(np.pi / 2))
+    return plant.AddFrame(FixedOffsetFrame("hook", plant.GetFrameByName("tool_plate"), X_EHook))
+
+
+def fill_plant(plant: Any, scenario: Scenario) -> None:
+    """Add arm, string and ball to an empty plant, the cup and the floor if it has geometry, and finalize it."""
+    has_scene = plant.geometry_source_is_registered()
+    add_arm(plant, scenario)
+    string_end = add_string(plant, scenario.string, add_hook(plant))
+    add_ball(plant, scenario.ball, string_end, contact_material(scenario.cup) if has_scene else None)
+    if has_scene:
+        add_cup(plant, scenario.cup)
+    plant.Finalize()
+    plant.set_stiction_tolerance(STICTION_SPEED)
+
+
+def make_arm_plant(scenario: Scenario) -> Any:
+    """Return a finalized plant of the arm alone: the controller's own model of it."""
+    plant = MultibodyPlant(time_step=0.0)
+    add_arm(plant, scenario)
+    plant.Finalize()
+    return plant
+
+
+def starting_posture(arm_plant: Any, scenario: Scenario, bearing: float = 0.0) -> Array:
+    """Return the joint angles [rad], shape (7,), that put the hand at the start of a cast, elbow bent forward.
+
+    With joints 3, 5 and 7 at zero the arm is a planar linkage of two bars, from the shoulder to the elbow's axis and from
+    there to the hand, so the law of cosines solves it.
+
+    Raises
+    ------
+    InputError
+        If the hand cannot be there or a joint would exceed its limits.
+    """
+    motion = scenario.motion
+    context = arm_plant.CreateDefaultContext()
+    arm_plant.SetPositions(context, [0, 0, 0, 0, 0, scenario.arm.wrist_pitch, 0])
+
+    def point_in_base(frame_name: str) -> Array:
+        frame, base = arm_plant.GetFrameByName(frame_name), arm_plant.GetFrameByName("base")
+        return np.asarray(arm_plant.CalcRelativeTransform(context, base, frame).translation())[[0, 2]]
+
+    shoulder, elbow, hand = (point_in_base(name) for name in ("link2", "link4", "tool_plate"))
+    upper, fore = elbow - shoulder, hand - elbow
+    target = np.array([motion.start_radius, scenario.arm.mount_height - motion.start_height]) - shoulder
+    upper_length, fore_length, distance = (float(np.linalg.norm(bar)) for bar in (upper, fore, target))
+    cosine = (distance**2 - upper_length**2 - fore_length**2) / (2 * upper_length * fore_length)
+    if not -1 <= cosine <= 1:
+        raise InputError(
+            f"motion.start_radius = {motion.start_radius:g} m, motion.start_height = {motion.start_height:g} m: the hand "
+            f"would be {distance:.3f} m from the shoulder, the arm allows {abs(upper_length - fore_length):.3f} to "
+            f"{upper_length + fore_length:.3f} m"
+        )
+    q4 = _pitch(upper) - _pitch(fore) + np.arccos(cosine)
+    turned_fore = np.array([[np.cos(q4), np.sin(q4)], [-np.sin(q4), np.cos(q4)]]) @ fore
+    q2 = _pitch(target) - _pitch(upper + turned_fore)
+    q = np.array([-bearing, q2, 0.0, q4, 0.0, scenario.arm.wrist_pitch, 0.0])
+    longest = 0.98 * (upper_length + float(np.linalg.norm(fore)))
+    for height in (motion.start_height, motion.start_height - motion.drop_distance):
+        below = scenario.arm.mount_height - shoulder[1] - height
+        needed = float(np.hypot(motion.start_radius + scenario.bounds.distance[1], below))
+        if needed > longest:
+            raise InputError(
+                f"bounds.distance = {list(scenario.bounds.distance)}: at its longest move the hand would be {needed:.3f} m from "
+                f"the shoulder at a height of {height:g} m, the arm allows {longest:.3f} m; lower the second number, or "
+                "motion.start_radius or motion.drop_distance"
+            )
+    lower, upper_limit = arm_plant.GetPositionLowerLimits(), arm_plant.GetPositionUpperLimits()
+    for i in np.flatnonzero((q < lower) | (q > upper_limit)):
+        what = "cast.bearing" if i == 0 else "motion.start_radius or motion.start_height"
+        raise InputError(
+            f"starting posture: joint {i + 1} at {q[i]:.3f} rad is outside its limits {lower[i]:g} to {upper_limit[i]:g}; "
+            f"change {what}"
+        )
+    return q
+
+
+def _pitch(bar: Array) -> float:
+    """Return the angle of (x, z) from z toward x, as a turn about y counts [rad]."""
+    return math.atan2(bar[0], bar[1])
+
+
+def hanging_positions(plant: Any, q_arm: Array) -> Array:
+    """Return all positions of a plant from `fill_plant`, the arm at `q_arm` and the string hanging straight down."""
+    context = plant.CreateDefaultContext()
+    q = np.zeros(plant.num_positions())
+    q[:N_ARM] = q_arm
+    plant.SetPositions(context, q)
+    R_WHook = plant.GetFrameByName("hook").CalcPoseInWorld(context).rotation()
+    down = R_WHook.inverse() @ np.array([0.0, 0.0, -1.0])
+    # The string's direction in the hook's frame is (sin b, -sin a cos b, cos a cos b) for the joint's angles a, b.
+    q[HOOK] = np.arctan2(-down[1], down[2]), np.arcsin(np.clip(down[0], -1, 1))
+    return q
+
+
+@contextmanager
+def _quiet_about_joint_friction() -> Iterator[None]:
+    """Drop Drake's warning that it ignores the joints' friction: the station adds it itself."""
+    logger = logging.getLogger("drake")
+
+    def keep(record: logging.LogRecord) -> bool:
+        return "friction" not in record.getMessage()
+
+    logger.addFilter(keep)
+    try:
+        yield
+    finally:
+        logger.removeFilter(keep)

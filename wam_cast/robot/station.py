@@ -1,0 +1,281 @@
+"""CastStation: the diagram of the whole robot, its parts by name and its exported ports. Wiring only."""
+
+from __future__ import annotations
+
+import inspect
+import math
+from typing import Any
+
+import numpy as np
+from pydrake.geometry import MeshcatVisualizer, MeshcatVisualizerParams, SceneGraph
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import BasicVector, DiagramBuilder, LeafSystem
+from pydrake.systems.primitives import Adder, LogVectorOutput, MatrixGain, Saturation, ZeroOrderHold
+
+from wam_cast.arm_model import arm_coulomb_friction
+from wam_cast.cast import Cast
+from wam_cast.casting_plane import to_casting_plane
+from wam_cast.errors import InputError
+from wam_cast.robot.controller import CastController
+from wam_cast.robot.encoders import Encoders, encoder_resolution
+from wam_cast.robot.noise import TorqueNoise, executed_cast, swing_at_start
+from wam_cast.robot.plant import (
+    HOOK,
+    N_ARM,
+    fill_plant,
+    hanging_positions,
+    make_arm_plant,
+    starting_posture,
+)
+from wam_cast.scenario import Scenario
+
+FRICTION_SPEED = 0.1
+"""Joint speed [rad/s] from which Coulomb friction has its full size; below, it grows in proportion."""
+
+
+class BallTracker(LeafSystem):
+    """Picks the ball out of the plant's body poses and velocities: -> position p_WL [m] (3), velocity v_WL [m/s] (3)."""
+
+    def __init__(self, plant: Any) -> None:
+        super().__init__()
+        self._ball = plant.GetBodyByName("ball").index()
+        poses, velocities = (
+            plant.get_body_poses_output_port(),
+            plant.get_body_spatial_velocities_output_port(),
+        )
+        self._poses = self.DeclareAbstractInputPort("body_poses", poses.Allocate())
+        self._velocities = self.DeclareAbstractInputPort("body_spatial_velocities", velocities.Allocate())
+        self.DeclareVectorOutputPort("position", 3, self._calc_position, {self._poses.ticket()})
+        self.DeclareVectorOutputPort("velocity", 3, self._calc_velocity, {self._velocities.ticket()})
+
+    def _calc_position(self, context: Any, output: BasicVector) -> None:
+        output.SetFromVector(self._poses.Eval(context)[self._ball].translation())
+
+    def _calc_velocity(self, context: Any, output: BasicVector) -> None:
+        output.SetFromVector(self._velocities.Eval(context)[self._ball].translational())
+
+
+class CastStation:
+    """The arm, the string, the ball and the cup under a controller, as a Drake diagram.
+
+    Exported output ports: `state` (all positions and velocities), `arm_state` (q and v of the arm, 14), `ball_position` and
+    `ball_velocity` (p_WL, v_WL), `hand` and `hand_desired` (p_WE and v_WE, 6; `hand` as the controller measures it), `stage` (1),
+    `torque` (the motors', held between samples, 7). Logs of `state` and `torque`, a sample per control period,
+    are what outcomes are made from.
+
+    Parameters
+    ----------
+    scenario
+        What is built.
+    has_scene
+        With geometry: the cup and the floor, contact, and what can be seen. Without, the plant is the same but the ball meets
+        nothing, which simulates faster.
+    controller
+        In place of `CastController`: a LeafSystem with its ports, and a method `set_cast(context, cast)` that takes the cast into
+        its own context. If that also takes `start_bearing` and `cup_radius` by name, it is told them as `CastMotion` is.
+    meshcat
+        Where to show the station, or none.
+
+    Attributes
+    ----------
+    diagram, plant, scene_graph, controller, hold, ball_tracker
+        The diagram and its parts; `scene_graph` is none without geometry.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        *,
+        has_scene: bool = True,
+        controller: LeafSystem | None = None,
+        meshcat: Any = None,
+    ) -> None:
+        self.scenario = scenario
+        if controller is not None and not hasattr(controller, "set_cast"):
+            raise InputError(
+                f"controller {type(controller).__name__}: has no method set_cast(context, cast), by which it is told the cast; "
+                "add one (it may do nothing)"
+            )
+        builder = DiagramBuilder()
+        self._add_plant(builder, has_scene)
+        self._torque_noise: Any = None
+        self._arm_plant = make_arm_plant(scenario)
+        self._q_start = starting_posture(self._arm_plant, scenario)
+        self.controller: Any = builder.AddNamedSystem("controller", controller or CastController(scenario))
+        self.hold: Any = builder.AddNamedSystem("hold", ZeroOrderHold(scenario.controller.period, N_ARM))
+        self.ball_tracker: Any = builder.AddNamedSystem("ball_tracker", BallTracker(self.plant))
+        parameters = inspect.signature(self.controller.set_cast).parameters
+        self._is_told_places = {"start_bearing", "cup_radius"} <= set(parameters)
+        self._connect(builder)
+        self._export(builder)
+        self._state_log = LogVectorOutput(
+            self.plant.get_state_output_port(), builder, publish_period=scenario.controller.period
+        )
+        self._torque_log = LogVectorOutput(
+            self.hold.get_output_port(), builder, publish_period=scenario.controller.period
+        )
+        self._state_log.set_name("state_log")
+        self._torque_log.set_name("torque_log")
+        self.visualizer: Any = None
+        if meshcat is not None:
+            parameters = MeshcatVisualizerParams(publish_period=1 / 64)
+            self.visualizer = MeshcatVisualizer.AddToBuilder(builder, self.scene_graph, meshcat, parameters)
+        self.diagram: Any = builder.Build()
+        self.diagram.set_name("cast_station")
+
+    def _add_plant(self, builder: DiagramBuilder, has_scene: bool) -> None:
+        self.plant: Any = builder.AddNamedSystem("plant", MultibodyPlant(time_step=0.0))
+        self.scene_graph: Any = None
+        if has_scene:
+            self.scene_graph = builder.AddNamedSystem("scene_graph", SceneGraph())
+            self.plant.RegisterAsSourceForSceneGraph(self.scene_graph)
+            source = self.plant.get_source_id()
+            builder.Connect(
+                self.plant.get_geometry_pose_output_port(), self.scene_graph.get_source_pose_port(source)
+            )
+            builder.Connect(
+                self.scene_graph.get_query_output_port(), self.plant.get_geometry_query_input_port()
+            )
+        fill_plant(self.plant, self.scenario)
+
+    def _connect(self, builder: DiagramBuilder) -> None:
+        plant = self.plant
+        self._arm = plant.GetModelInstanceByName("wam7")
+        measured = plant.get_state_output_port(self._arm)
+        commanded = self.controller.GetOutputPort("actuation")
+        if self.scenario.noise.encoder_counts > 0:
+            measured = self._add_encoders(builder, measured)
+        if self.scenario.noise.torque > 0:
+            commanded = self._add_torque_noise(builder, commanded)
+        builder.Connect(measured, self.controller.GetInputPort("arm_state"))
+        builder.Connect(commanded, self.hold.get_input_port())
+        actuation = self.hold.get_output_port()
+        if self.scenario.arm.coulomb_friction > 0:
+            actuation = self._add_friction(builder, actuation)
+        builder.Connect(actuation, plant.get_actuation_input_port())
+        for name in ("body_poses", "body_spatial_velocities"):
+            builder.Connect(plant.GetOutputPort(name), self.ball_tracker.GetInputPort(name))
+
+    def _add_encoders(self, builder: DiagramBuilder, arm_state: Any) -> Any:
+        resolution = encoder_resolution(self.plant, self.scenario.noise.encoder_counts)
+        encoders = builder.AddNamedSystem("encoders", Encoders(resolution, self.scenario.controller.period))
+        builder.Connect(arm_state, encoders.get_input_port())
+        return encoders.get_output_port()
+
+    def _add_torque_noise(self, builder: DiagramBuilder, commanded: Any) -> Any:
+        limits, period = self.plant.GetEffortUpperLimits(), self.scenario.controller.period
+        self._torque_noise = builder.AddNamedSystem(
+            "torque_noise", TorqueNoise(self.scenario.noise.torque, limits, period)
+        )
+        builder.Connect(commanded, self._torque_noise.get_input_port())
+        return self._torque_noise.get_output_port()
+
+    def _add_friction(self, builder: DiagramBuilder, torque: Any) -> Any:
+        """Take the joints' Coulomb friction from `torque`; Drake's own blocks keep Python out of the integrator's steps."""
+        friction = self.scenario.arm.coulomb_friction * arm_coulomb_friction()
+        select_v = np.hstack([np.zeros((N_ARM, N_ARM)), np.eye(N_ARM) / FRICTION_SPEED])
+        relative_speed = builder.AddNamedSystem("relative_speed", MatrixGain(select_v))
+        direction = builder.AddNamedSystem("direction", Saturation(-np.ones(N_ARM), np.ones(N_ARM)))
+        friction_torque = builder.AddNamedSystem("friction_torque", MatrixGain(-np.diag(friction)))
+        joint_torque = builder.AddNamedSystem("joint_torque", Adder(2, N_ARM))
+        builder.Connect(self.plant.get_state_output_port(self._arm), relative_speed.get_input_port())
+        builder.Connect(relative_speed.get_output_port(), direction.get_input_port())
+        builder.Connect(direction.get_output_port(), friction_torque.get_input_port())
+        builder.Connect(friction_torque.get_output_port(), joint_torque.get_input_port(0))
+        builder.Connect(torque, joint_torque.get_input_port(1))
+        return joint_torque.get_output_port()
+
+    def _export(self, builder: DiagramBuilder) -> None:
+        builder.ExportOutput(self.plant.get_state_output_port(), "state")
+        builder.ExportOutput(self.plant.get_state_output_port(self._arm), "arm_state")
+        builder.ExportOutput(self.ball_tracker.GetOutputPort("position"), "ball_position")
+        builder.ExportOutput(self.ball_tracker.GetOutputPort("velocity"), "ball_velocity")
+        for name in ("hand", "hand_desired", "stage"):
+            builder.ExportOutput(self.controller.GetOutputPort(name), name)
+        builder.ExportOutput(self.hold.get_output_port(), "torque")
+
+    def set_start(
+        self,
+        context: Any,
+        cast: Cast,
+        cup: tuple[float, float] | None = None,
+        *,
+        noise_seed: int = 0,
+        start_bearing: float = 0.0,
+    ) -> None:
+        """Put the diagram's `context` at the start of `cast`: time 0, the ball hanging at rest, all other state as when new.
+
+        The arm is in the plane of `start_bearing` [rad], from which the cast turns to its own. `cup` is the world (x, y) [m] of
+        the cup's axis; without one, a cup stays where it is by default, below the arm. `noise_seed` draws the scenario's noise,
+        if it has any: which cast is executed, how the ball swings, what the torques do.
+        """
+        self.diagram.SetDefaultContext(context)
+        context.SetTime(0.0)
+        plant_context = self.plant.GetMyMutableContextFromRoot(context)
+        q_arm = self._q_start.copy()
+        q_arm[0] = -start_bearing
+        q, v = hanging_positions(self.plant, q_arm), np.zeros(self.plant.num_velocities())
+        if self.scenario.noise.swing > 0:
+            angles, rates = swing_at_start(self.scenario, noise_seed)
+            q[HOOK] += angles
+            v[HOOK] += rates
+        self.plant.SetPositions(plant_context, q)
+        self.plant.SetVelocities(plant_context, v)
+        executed = executed_cast(self.scenario.noise, cast, noise_seed)
+        self.set_cast(context, executed, cup, start_bearing=start_bearing)
+        if self._torque_noise is not None:
+            self._torque_noise.set_seed(self._torque_noise.GetMyMutableContextFromRoot(context), noise_seed)
+        if cup is not None and self.scene_graph is not None:
+            self.set_cup(context, cup)
+        for log in (self._state_log, self._torque_log):
+            log.FindMutableLog(context).Clear()
+
+    def set_cast(
+        self,
+        context: Any,
+        cast: Cast,
+        cup: tuple[float, float] | None = None,
+        *,
+        start_bearing: float = 0.0,
+    ) -> None:
+        """Set the controller's cast in the diagram's `context`, and tell it where it starts and where the cup stands.
+
+        A controller whose `set_cast` takes the cast alone is told no more; it cannot start elsewhere than at home.
+        """
+        own = self.controller.GetMyMutableContextFromRoot(context)
+        if not self._is_told_places:
+            self.check_bearing(cast.bearing, is_first=start_bearing == 0)
+            self.controller.set_cast(own, cast)
+            return
+        radius = None if cup is None else to_casting_plane(np.array(cup), cast.bearing)[0]
+        self.controller.set_cast(own, cast, start_bearing=start_bearing, cup_radius=radius)
+
+    def check_bearing(self, bearing: float, *, is_first: bool) -> None:
+        """Raise `InputError` if joint 1 cannot turn to `bearing` [rad], or the controller start a cast at home alone."""
+        starting_posture(self._arm_plant, self.scenario, bearing)
+        if not is_first and not self._is_told_places:
+            raise InputError(
+                f"controller {type(self.controller).__name__}: cannot go from cup to cup, since its set_cast takes no "
+                "start_bearing; let it take start_bearing and cup_radius by name, as CastController's does"
+            )
+
+    def set_cup(self, context: Any, cup: tuple[float, float]) -> None:
+        """Stand the cup at world (x, y) [m] in the diagram's `context`.
+
+        It is turned to face the base axis: so the flat boxes that make up its wall favour no bearing.
+        """
+        mount = self.plant.GetFrameByName("cup_mount")
+        R_WC = RotationMatrix.MakeZRotation(math.atan2(cup[1], cup[0]))
+        X_WC = RigidTransform(R_WC, [*cup, self.scenario.cup.rim_height])
+        mount.SetPoseInParentFrame(self.plant.GetMyMutableContextFromRoot(context), X_WC)
+
+    def logged(self, context: Any) -> tuple[Any, Any, Any]:
+        """Return the logs in `context`: times (n,), states (n, n_x), torques (n, 7)."""
+        states, torques = self._state_log.FindLog(context), self._torque_log.FindLog(context)
+        return states.sample_times().copy(), states.data().T.copy(), torques.data().T.copy()
+
+    def graph(self) -> str:
+        """Return a drawing of the diagram in Graphviz's language: parts, ports and connections, without the logs' inside."""
+        text: str = self.diagram.GetGraphvizString(max_depth=1)
+        return text

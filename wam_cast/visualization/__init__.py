@@ -1,0 +1,1 @@
+"""Pictures, films, replays and pages of casts."""

@@ -1,0 +1,184 @@
+"""The floor from above with what can be expected where, and how that depends on the distance from the base axis."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.collections import PatchCollection
+from matplotlib.colors import Normalize
+from matplotlib.patches import Wedge
+from matplotlib.ticker import MaxNLocator, PercentFormatter
+from numpy.typing import NDArray
+
+from wam_cast.types import Array
+from wam_cast.visualization.figures.looks import ABOVE, DARK, MIDDLE, MM, draw_legend
+from wam_cast.visualization.style import INK
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+UNREACHABLE = (0.95, 0.95, 0.95)
+
+ROOM = 1.06
+"""Half the width of the view of the floor, by the largest radius."""
+
+LEAST_VIEW = 1e-3
+"""Of offsets, on either side of none [m]: what is smaller by far need not be told apart."""
+
+CAUGHT: Any = {"marker": "o", "markerfacecolor": "white", "markeredgecolor": INK, "markersize": 5}
+SOME: Any = CAUGHT | {"fillstyle": "left", "markerfacecoloralt": MIDDLE, "markersize": 6}
+MISSED: Any = {"marker": "X", "markerfacecolor": MIDDLE, "markeredgecolor": "white", "markersize": 7}
+"""Of cups: all balls, some or none were caught."""
+
+EXECUTED: Any = {"marker": "o", "color": DARK, "markersize": 3, "markeredgewidth": 0, "alpha": 0.6}
+EXECUTED_MISSED: Any = {"marker": "x", "color": MIDDLE, "markersize": 5, "markeredgewidth": 1.2}
+"""Of casts: those that were caught and those that were not."""
+
+
+def draw_floor(
+    axes: Axes,
+    radii: Array,
+    probability: Array,
+    *,
+    bearings: tuple[float, float],
+    cups: Array,
+    share_caught: Array,
+) -> None:
+    """Draw the reachable region in rings coloured by a probability, the stops of joint 1, and what became of casts.
+
+    Parameters
+    ----------
+    axes
+        Where to draw: world x to the right, y up.
+    radii
+        Of the rings, rising from the nearest to the farthest radius that can be reached [m], shape (n,); each ring's colour ends
+        midway to the next.
+    probability
+        That a ball enters a cup there without touching its rim, shape (n,).
+    bearings
+        Between which the region lies, from the x axis toward y [rad].
+    cups
+        World (x, y) of cups for which casts were executed [m], shape (m, 2).
+    share_caught
+        Share of each cup's casts that ended in it, shape (m,).
+    """
+    low, high = np.degrees(bearings)
+    edges = np.concatenate([radii[:1], (radii[:-1] + radii[1:]) / 2, radii[-1:]])
+    rings = [Wedge((0, 0), outer, low, high, width=outer - inner) for inner, outer in pairwise(edges)]
+    region = PatchCollection(rings, cmap="viridis", norm=Normalize(0.0, 1.0), edgecolor="face", linewidth=0.3)
+    region.set_array(probability)
+    axes.add_collection(region)
+    _draw_blind_sector(axes, radii[0], radii[-1], low, high)
+    axes.plot(0, 0, "+", color=INK, markersize=9, markeredgewidth=1.2)
+    axes.annotate(
+        "base axis", (0, 0), (0, -7), textcoords="offset points", ha="center", va="top", fontsize=7.5
+    )
+    is_all, is_none = share_caught == 1, share_caught == 0
+    looks = (
+        ("caught", is_all, CAUGHT),
+        ("some caught", ~is_all & ~is_none, SOME),
+        ("missed", is_none, MISSED),
+    )
+    for label, chosen, look in looks:
+        if chosen.any():
+            axes.plot(*cups[chosen].T, linestyle="none", markeredgewidth=0.6, label=label, **look)
+    view = ROOM * radii[-1]
+    axes.set(xlim=(-view, view), ylim=(-view, view), aspect="equal")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MaxNLocator(5))
+    axes.set_xlabel("x [m]")
+    axes.set_ylabel("y [m]")
+    axes.figure.colorbar(
+        region,
+        ax=axes,
+        location="bottom",
+        format=PercentFormatter(1.0, symbol=None),
+        label="probability of entering without touching the rim [%]",
+        fraction=0.05,
+        aspect=35,
+    )
+    draw_legend(axes, title="executed casts:", alignment="left", ncols=3, **ABOVE)
+
+
+def _draw_blind_sector(axes: Axes, nearest: float, farthest: float, low: float, high: float) -> None:
+    """Hatch what lies between the bearings [deg] `high` and, once around, `low`: there joint 1 does not turn."""
+    blind = Wedge((0, 0), farthest, high, low + 360, width=farthest - nearest)
+    blind.set(facecolor=UNREACHABLE, edgecolor=(0.75, 0.75, 0.75), hatch="////", linewidth=0.5)
+    axes.add_patch(blind)
+    middle, radius = math.radians((low + high) / 2 + 180), 0.6 * farthest + 0.4 * nearest
+    axes.annotate(
+        "beyond\njoint 1's\nstops",
+        (radius * math.cos(middle), radius * math.sin(middle)),
+        ha="center",
+        va="center",
+        fontsize=7.5,
+        bbox={"facecolor": UNREACHABLE, "edgecolor": "none", "pad": 1.5},
+    )
+
+
+def draw_offsets(
+    axes: Axes,
+    radii: Array,
+    predicted: Array,
+    spread: Array,
+    cups: Array,
+    executed: Array,
+    *,
+    is_caught: NDArray[np.bool_],
+    direction: str,
+) -> None:
+    """Draw by how much balls land off the cup's axis in one direction, over the cup's radius.
+
+    Parameters
+    ----------
+    axes
+        Where to draw.
+    radii
+        At which there are predictions [m], shape (n,).
+    predicted, spread
+        Expected offset and its standard deviation [m], each of shape (n,).
+    cups, executed
+        Radius of the cup and offset of each executed cast [m], each of shape (m,); nan for a ball that never came down.
+    is_caught
+        What became of them, shape (m,).
+    direction
+        In which the offset is, in words.
+    """
+    axes.axhline(0.0, color=INK, linewidth=0.6, zorder=1)
+    low, high = (predicted - spread) * MM, (predicted + spread) * MM
+    axes.plot(radii, predicted * MM, color=DARK, label="predicted")
+    axes.fill_between(radii, low, high, color=DARK, alpha=0.2, linewidth=0, label="± standard deviation")
+    for label, chosen, look in (("caught", is_caught, EXECUTED), ("missed", ~is_caught, EXECUTED_MISSED)):
+        if chosen.any():
+            axes.plot(cups[chosen], executed[chosen] * MM, linestyle="none", label=label, **look)
+    largest = np.nanmax(np.abs(np.concatenate([low, high, executed * MM])))
+    view = max(1.1 * largest, LEAST_VIEW * MM)
+    axes.set_ylim(-view, view)
+    axes.grid(axis="y")
+    axes.set_ylabel(f"{direction} [mm]")
+
+
+def draw_chances(axes: Axes, radii: Array, probability: Array, rate: Array, low: Array, high: Array) -> None:
+    """Draw the probability of a clear entry and the measured hit rate with its interval, all of shape (n,), over radii [m]."""
+    axes.plot(radii, 100 * probability, color=DARK, label="clear entry, predicted")
+    errors = 100 * np.clip(np.vstack([rate - low, high - rate]), 0.0, None)
+    axes.errorbar(
+        radii,
+        100 * rate,
+        errors,
+        fmt="s",
+        color=MIDDLE,
+        markersize=4,
+        elinewidth=1.0,
+        capsize=2,
+        label="caught, 95 % interval",
+    )
+    axes.set_ylim(-4, 104)
+    axes.grid(axis="y")
+    axes.set_xlabel("cup's distance from the base axis [m]")
+    axes.set_ylabel("share [%]")
+    draw_legend(axes, **ABOVE)

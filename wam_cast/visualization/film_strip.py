@@ -1,0 +1,176 @@
+"""A cast as one picture: its stages rendered in a row, and the paths of ball and hand from the side."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
+from numpy.typing import NDArray
+
+from wam_cast.motion.stages import Stage
+from wam_cast.robot.plant import STRING_COLOR
+from wam_cast.simulation.recording import CastRecording
+from wam_cast.types import Array
+from wam_cast.visualization.camera import Camera, view_rotation
+from wam_cast.visualization.picture_files import picture_format, write_figure
+from wam_cast.visualization.recorded import (
+    describe,
+    finite_part,
+    points_to_show,
+    stage_before,
+    stage_pieces,
+    without_turn,
+)
+from wam_cast.visualization.scene import CastScene, make_renderer
+from wam_cast.visualization.side_view import draw_side_view
+from wam_cast.visualization.style import INK, STAGE_COLORS, stage_name
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from matplotlib.axes import Axes
+
+
+FRAME_SIZE = (480, 640)
+"""Width and height of a rendered frame [pixels]."""
+
+TURN, ELEVATION = math.radians(14), math.radians(9)
+"""Of the frames' camera: see `view_rotation`."""
+
+BEFORE_LANDING = 0.02
+"""How long before the landing the drop is shown [s]."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One rendered sample of a recording.
+
+    Attributes
+    ----------
+    sample
+        Its index in the recording.
+    camera
+        What took it.
+    image
+        Red, green and blue, shape (height, width, 3), from 0 to 255.
+    string
+        Points along the string in the world [m], from the hand to the ball, shape (n, 3).
+    """
+
+    sample: int
+    camera: Camera
+    image: NDArray[np.uint8]
+    string: Array
+
+
+def choose_moments(recording: CastRecording) -> list[int]:
+    """Return the samples that tell the cast, in order.
+
+    They are its start, late in the move, the end of the wait, just before the landing, the verdict, and the end of the return.
+    Those that the recording does not reach are left out.
+    """
+    stages, times = recording.stages, recording.times
+    ends = {stage: float(times[piece.stop - 1]) for stage, piece in stage_pieces(stages)}
+    end_of_move = ends.get(Stage.MOVE, float(times[-1]))  # it may have broken down in the turn
+    moments = [0.0, 0.75 * end_of_move, ends.get(Stage.WAIT, end_of_move)]
+    crossing = recording.outcome.crossing_time
+    moments.append(crossing - BEFORE_LANDING if math.isfinite(crossing) else ends.get(Stage.DROP, times[-1]))
+    moments += [recording.outcome.end_time] if recording.cup is not None else []
+    moments += [ends[Stage.RETURN]] if Stage.RETURN in ends else []
+    return sorted({int(np.argmin(np.abs(times - moment))) for moment in moments})
+
+
+def render_frames(
+    recording: CastRecording, samples: Sequence[int], size: tuple[int, int] = FRAME_SIZE
+) -> Iterator[Frame]:
+    """Render `samples` of a recording off screen, one after the other, all from one place that sees the whole cast.
+
+    Parameters
+    ----------
+    recording
+        What to render; its samples must be finite.
+    samples
+        Indices into it.
+    size
+        Width and height of a frame [pixels].
+    """
+    bearing = recording.cast.bearing
+    camera = Camera.framing(points_to_show(recording), view_rotation(bearing, TURN, ELEVATION), size)
+    scene = CastScene(recording.scenario, recording.cup, renderers={"vtk": make_renderer(bearing)})
+    for sample in samples:
+        scene.show(recording, sample)
+        yield Frame(sample, camera, scene.render(camera.to_drake("vtk")), scene.string())
+
+
+def draw_frame(axes: Axes, frame: Frame, recording: CastRecording) -> None:
+    """Draw a frame with the paths of ball and hand so far."""
+    axes.imshow(frame.image, interpolation="antialiased")
+    _draw_string_on_floor(axes, frame)
+    so_far = slice(0, frame.sample + 1)
+    p_WL = recording.p_WL[frame.sample]
+    p_WTop = p_WL + np.array([0.0, 0.0, recording.scenario.ball.radius])
+    ball, top = frame.camera.project(np.array([p_WL, p_WTop]))
+    radius = np.linalg.norm(top - ball)
+    for stage, piece in stage_pieces(recording.stages[so_far]):
+        for path, width in ((recording.p_WE, 0.9), (recording.p_WL, 1.4)):
+            pixels = frame.camera.project(path[piece])
+            pixels[np.linalg.norm(pixels - ball, axis=1) < radius] = np.nan  # leave the ball itself in sight
+            outline = [withStroke(linewidth=width + 0.8, foreground="white")]
+            axes.plot(*pixels.T, color=STAGE_COLORS[stage], linewidth=width, path_effects=outline)
+    axes.set_xlim(-0.5, frame.camera.width - 0.5)
+    axes.set_ylim(frame.camera.height - 0.5, -0.5)
+    axes.set_axis_off()
+
+
+def _draw_string_on_floor(axes: Axes, frame: Frame) -> None:
+    """Draw what of the string is below the floor as lying on it: it collides with nothing, and would look torn."""
+    below = frame.string[:, 2] < 0
+    shown = below | np.roll(below, 1) | np.roll(below, -1)  # and whereto it goes on
+    lying = np.where(shown[:, None], np.maximum(frame.string, [-np.inf, -np.inf, 0.0]), np.nan)
+    if np.any(below):
+        axes.plot(*frame.camera.project(lying).T, color=STRING_COLOR, linewidth=0.9, solid_joinstyle="round")
+
+
+def draw_film_strip(recording: CastRecording, predicted_landing: Array | None = None) -> Figure:
+    """Draw a recorded cast from the end of its turn on: its stages rendered, and the paths of ball and hand in the casting plane.
+
+    Parameters
+    ----------
+    recording
+        What to draw.
+    predicted_landing
+        World (x, y) [m] where a forward model said that the ball would land, to be marked; or none.
+    """
+    recording = without_turn(finite_part(recording))
+    frames = list(render_frames(recording, choose_moments(recording)))
+    figure = Figure(figsize=(15.0, 8.6), layout="constrained", facecolor="white")
+    n_columns = math.ceil(len(frames) / 2)
+    grid = figure.add_gridspec(1, 2, width_ratios=(n_columns, 2.1))
+    left, right = (figure.add_subfigure(grid[0, column]) for column in range(2))
+    panels = left.subplots(2, n_columns, squeeze=False).ravel()
+    for number, (axes, frame) in enumerate(zip(panels, frames, strict=False), start=1):
+        draw_frame(axes, frame, recording)
+        stage = stage_name(stage_before(recording, frame.sample)) if frame.sample else "start"
+        axes.set_title(f"{number}  {stage}, {recording.times[frame.sample]:.2f} s")
+    for axes in panels[len(frames) :]:
+        axes.set_axis_off()
+    draw_side_view(right.subplots(), recording, [frame.sample for frame in frames], predicted_landing)
+    figure.suptitle(describe(recording, predicted_landing), color=INK)
+    return figure
+
+
+def write_picture(recording: CastRecording, path: str | Path, predicted_landing: Array | None = None) -> None:
+    """Write the film strip of a recorded cast to `path`, as PNG, PDF or SVG by its suffix.
+
+    Raises
+    ------
+    InputError
+        If the suffix is another one, or the file cannot be written; then nothing is.
+    """
+    picture_format(path)
+    write_figure(draw_film_strip(recording, predicted_landing), path)

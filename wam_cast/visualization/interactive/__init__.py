@@ -1,0 +1,1 @@
+"""Pages in the browser whose sliders and buttons do something."""

@@ -1,0 +1,232 @@
+"""What the explorer draws: the arm before a cast, the hand's way and the predicted landing, and what became of a cast."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.geometry import Cylinder, MeshcatAnimation, Rgba
+from pydrake.math import RigidTransform, RotationMatrix
+
+from wam_cast.arm_model import bearing_limits
+from wam_cast.cast import Cast
+from wam_cast.motion.stages import Stage
+from wam_cast.planning.landing_distribution import Spread
+from wam_cast.robot.plant import make_arm_plant, starting_posture
+from wam_cast.scenario import Scenario
+from wam_cast.simulation.recording import CastRecording
+from wam_cast.types import Array
+from wam_cast.visualization.recorded import CEILING_RADIUS, CEILING_THICKNESS, frame_moments, stage_pieces
+from wam_cast.visualization.replay import BALL_PATH_RADIUS, HAND_PATH_RADIUS, ring_points
+from wam_cast.visualization.scene import CastScene
+from wam_cast.visualization.style import STAGE_COLORS, Color, stage_name
+from wam_cast.visualization.viewer import keep, open_meshcat, place_camera, tube
+
+PREDICTED: Color = (0.95, 0.62, 0.05)
+"""Of the predicted landing."""
+
+EXECUTED: Color = (0.78, 0.05, 0.22)
+"""Of the executed landing."""
+
+PLANE: Color = (0.35, 0.36, 0.38)
+"""Of the casting plane's line on the floor."""
+
+WITHIN_REACH: Color = (0.70, 0.78, 0.72)
+"""Of the floor where cups can be reached."""
+
+ELEVATION = math.radians(28)
+"""From which the floor is seen at first."""
+
+SEEN_WELL = math.radians(45)
+"""By how much the casting plane's bearing may differ from the one that the camera was placed for."""
+
+WIDTH = 0.0035
+"""Radius of the tubes that lines and markers on the floor are made of [m]."""
+
+DOT_RADIUS = 0.011
+"""Of the executed landing [m]: it fits into the predicted one's ring."""
+
+N_DEVIATIONS = 2
+"""Standard deviations by which the ring of the predicted landing is wider than the ball."""
+
+FRAME_RATE = 24
+"""Frames for each second of a cast; the browser moves the bodies straight from one to the next."""
+
+ROOT = "/explorer"
+"""Path in Meshcat's tree of all that is drawn here, but for the bodies."""
+
+
+class ExplorerView:
+    """The scene of one scenario in a Meshcat of its own.
+
+    Parameters
+    ----------
+    scenario
+        What is shown.
+    reach
+        Smallest and largest distance of a cup from the base axis [m] that can be planned for; none if that is not known.
+    farthest
+        Largest distance of a cup that must be seen [m].
+    """
+
+    def __init__(self, scenario: Scenario, reach: tuple[float, float] | None, farthest: float) -> None:
+        self.scenario = scenario
+        self.meshcat: Any = keep(open_meshcat())
+        self._scene = CastScene(scenario, None, meshcat=self.meshcat, frame_rate=FRAME_RATE)
+        self._q_start = starting_posture(make_arm_plant(scenario), scenario)
+        self._hand_way: float | None = None
+        self._ring: Spread | None = None
+        self._replays = False
+        self._farthest = farthest
+        self._look(0.0)
+        self._draw_floor(reach)
+        for name, color in (("predicted", PREDICTED), ("executed", EXECUTED)):
+            self._draw_stem(name, color)
+        self._draw_dots()
+
+    def show_setting(self, cast: Cast, cup: tuple[float, float]) -> None:
+        """Show the arm at the start of `cast`, the hand's way to come, and the cup at world (x, y) [m]; a replay ends."""
+        if self._replays:
+            # What plays in the browser would move the bodies away again.
+            self.meshcat.SetAnimation(MeshcatAnimation())
+            self._replays = False
+        q_arm = self._q_start.copy()
+        q_arm[0] -= cast.bearing
+        self._scene.stand_cup(cup)
+        self._scene.set_posture(q_arm)
+        self._scene.publish()
+        self.meshcat.SetTransform(f"{ROOT}/plane", _placed((0.0, 0.0), cast.bearing))
+        if cast.distance != self._hand_way:
+            self._hand_way = cast.distance
+            self._draw_hand_way(cast.distance)
+
+    def show_prediction(self, landing: Array, spread: Spread, bearing: float) -> None:
+        """Mark where the ball is predicted to come through the rim plane, world (x, y) [m], shape (2,), and the floor below.
+
+        The rings are wider than the ball by two standard deviations along the casting plane at `bearing` [rad] and across it.
+        """
+        if spread != self._ring:
+            self._ring = spread
+            along, across = (self.scenario.ball.radius + N_DEVIATIONS * one for one in spread)
+            ring = tube(_ellipse(along, across), WIDTH)
+            for height in ("floor", "rim"):
+                self._mesh(f"predicted/{height}", ring, PREDICTED)
+            self._at_rim_height("predicted/rim")
+        self._mark("predicted", landing, bearing)
+
+    def show_execution(self, recording: CastRecording) -> None:
+        """Mark where the ball of a cast without its turn landed, draw its path, and replay it in the browser.
+
+        The camera goes where the cast is seen from its side, unless it is seen well enough.
+        """
+        if abs(recording.cast.bearing - self._viewed_bearing) > SEEN_WELL:
+            self._look(recording.cast.bearing)
+        self._mark("executed", recording.outcome.landing, recording.cast.bearing)
+        samples = [sample for _, sample in frame_moments([recording], FRAME_RATE)]
+        animation = self._record_bodies(recording, samples)
+        self.meshcat.Delete(f"{ROOT}/path")
+        for stage, piece in stage_pieces(recording.stages):
+            points = recording.p_WL[piece]
+            points = points[ring_points(points)]
+            if len(points) < 2:
+                continue
+            path = f"path/{stage_name(stage)}"
+            self._mesh(path, tube(points, BALL_PATH_RADIUS), STAGE_COLORS[stage])
+            ends = int(np.searchsorted(samples, piece.stop - 1))
+            animation.SetProperty(0, f"{ROOT}/{path}", "visible", False)
+            animation.SetProperty(ends, f"{ROOT}/{path}", "visible", True)
+            animation.SetProperty(len(samples) - 1, f"{ROOT}/{path}", "visible", True)
+        self.meshcat.SetAnimation(animation)
+        self._replays = True
+
+    def _look(self, bearing: float) -> None:
+        """Place the camera such that the arm and the floor ahead of it are seen, for casts at `bearing` [rad]."""
+        self._viewed_bearing = bearing
+        angles = bearing + np.linspace(-1.0, 1.0, 9)
+        floor = self._farthest * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(9)])
+        top, sides = self.scenario.arm.mount_height + CEILING_THICKNESS, (-CEILING_RADIUS, CEILING_RADIUS)
+        ceiling = [[x, y, top] for x in sides for y in sides]
+        place_camera(self.meshcat, np.vstack([floor, ceiling]), bearing, ELEVATION)
+
+    def _record_bodies(self, recording: CastRecording, samples: list[int]) -> Any:
+        """Return an animation of the bodies, a frame for each of `samples`, without showing it."""
+        visualizer = self._scene.visualizer
+        visualizer.DeleteRecording()
+        animation = visualizer.StartRecording(False)
+        try:
+            for frame, sample in enumerate(samples):
+                # In the frame's middle: Drake rounds down.
+                self._scene.show(recording, sample, (frame + 0.5) / FRAME_RATE)
+                self._scene.publish()
+        finally:  # or, in a notebook that was interrupted, nothing would be shown any more
+            visualizer.StopRecording()
+        return animation
+
+    def _draw_floor(self, reach: tuple[float, float] | None) -> None:
+        """Draw where cups can be reached, and the line in which the casting plane meets the floor."""
+        if reach is not None:
+            angles = np.linspace(*bearing_limits(), 96)
+            self._mesh("reach", _band(reach[0], reach[1], angles, height=0.0005), WITHIN_REACH)
+        line = tube(np.array([[0.0, 0.0, 0.0], [self._farthest, 0.0, 0.0]]), WIDTH)
+        self._mesh("plane/line", line, PLANE)
+
+    def _draw_hand_way(self, distance: float) -> None:
+        """Draw the hand's way in the casting plane: out by `distance` [m], and down."""
+        motion = self.scenario.motion
+        near, far = motion.start_radius, motion.start_radius + distance
+        high, low = motion.start_height, motion.start_height - motion.drop_distance
+        corners = np.array([[near, 0, high], [far, 0, high], [far, 0, low]])
+        for stage, ends in ((Stage.MOVE, corners[:2]), (Stage.DROP, corners[1:])):
+            self._mesh(f"plane/{stage_name(stage)}", tube(ends, HAND_PATH_RADIUS), STAGE_COLORS[stage])
+
+    def _draw_stem(self, marker: str, color: Color) -> None:
+        """Draw the line that joins a marker on the floor with its twin in the rim plane; hide the marker."""
+        rim = self.scenario.cup.rim_height
+        self.meshcat.SetObject(f"{ROOT}/{marker}/stem", Cylinder(WIDTH / 2, rim), Rgba(*color))
+        self.meshcat.SetTransform(f"{ROOT}/{marker}/stem", RigidTransform([0.0, 0.0, rim / 2]))
+        self.meshcat.SetProperty(f"{ROOT}/{marker}", "visible", False)
+
+    def _draw_dots(self) -> None:
+        for height in ("floor", "rim"):
+            path = f"{ROOT}/executed/{height}"
+            self.meshcat.SetObject(path, Cylinder(DOT_RADIUS, 2 * WIDTH), Rgba(*EXECUTED))
+        self._at_rim_height("executed/rim")
+
+    def _at_rim_height(self, name: str) -> None:
+        X_Marker = RigidTransform([0.0, 0.0, self.scenario.cup.rim_height])
+        self.meshcat.SetTransform(f"{ROOT}/{name}", X_Marker)
+
+    def _mark(self, marker: str, landing: Array, bearing: float) -> None:
+        """Move a marker to world (x, y) [m], shape (2,), or hide it if that is nan."""
+        landed = bool(np.all(np.isfinite(landing)))
+        if landed:
+            position = float(landing[0]), float(landing[1])
+            self.meshcat.SetTransform(f"{ROOT}/{marker}", _placed(position, bearing))
+        self.meshcat.SetProperty(f"{ROOT}/{marker}", "visible", landed)
+
+    def _mesh(self, name: str, mesh: tuple[Array, NDArray[np.int32]], color: Color) -> None:
+        self.meshcat.SetTriangleMesh(f"{ROOT}/{name}", *mesh, Rgba(*color))
+
+
+def _placed(position: tuple[float, float], bearing: float) -> Any:
+    """Return the pose of what stands at world (x, y) [m] on the floor, its x axis at `bearing` [rad]."""
+    return RigidTransform(RotationMatrix.MakeZRotation(bearing), [*position, 0.0])
+
+
+def _ellipse(along: float, across: float) -> Array:
+    """Return an ellipse with half axes along x and y [m] as a closed path, shape (n, 3)."""
+    around = np.linspace(0.0, 2 * np.pi, 49)
+    return np.column_stack([along * np.cos(around), across * np.sin(around), np.zeros(len(around))])
+
+
+def _band(inner: float, outer: float, angles: Array, height: float) -> tuple[Array, NDArray[np.int32]]:
+    """Return a flat piece of a ring between two radii [m] at a `height` [m]: vertices (3, m) and triangles (3, k)."""
+    rays = np.vstack([np.cos(angles), np.sin(angles), np.zeros(len(angles))])
+    vertices = np.hstack([inner * rays, outer * rays])
+    vertices[2] = height
+    n = len(angles)
+    i = np.arange(n - 1)
+    triangles = np.hstack([[i, i + n, i + 1], [i + 1, i + n, i + n + 1]])
+    return np.asfortranarray(vertices), np.asfortranarray(triangles, dtype=np.int32)

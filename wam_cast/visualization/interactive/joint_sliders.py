@@ -1,0 +1,100 @@
+"""JointSliders: the robot in a Meshcat page, with a slider for each joint of its arm."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from pydrake.geometry import Rgba
+
+from wam_cast.robot.plant import N_ARM, make_arm_plant, starting_posture
+from wam_cast.scenario import Scenario
+from wam_cast.types import Array
+from wam_cast.visualization.figures.robot import AXIS_COLORS, AXIS_LENGTH, room_of
+from wam_cast.visualization.scene import CastScene
+from wam_cast.visualization.viewer import place_camera, tube
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+
+STEP = 0.001
+"""Of a slider [rad]."""
+
+TUBE_RADIUS = 0.004
+"""Of a frame's axes [m]."""
+
+PERIOD = 0.05
+"""Between two looks at the sliders [s]."""
+
+
+class JointSliders:
+    """Shows the robot at rest in the posture that its sliders say, the starting posture at first.
+
+    Parameters
+    ----------
+    meshcat
+        Where to show it.
+    scenario
+        What is shown.
+    frames
+        By letter, the plant's name of each frame to be drawn.
+    """
+
+    def __init__(self, meshcat: Any, scenario: Scenario, frames: Mapping[str, str] | None = None) -> None:
+        self._meshcat = meshcat
+        self._scene = CastScene(scenario, None, meshcat=meshcat)
+        self._frames = {
+            letter: self._scene.plant.GetFrameByName(name) for letter, name in (frames or {}).items()
+        }
+        for letter in self._frames:
+            _add_triad(meshcat, f"/frames/{letter}")
+        arm = make_arm_plant(scenario)
+        limits = arm.GetPositionLowerLimits(), arm.GetPositionUpperLimits()
+        start = starting_posture(arm, scenario)
+        self._names = [f"joint {number} [rad]" for number in range(1, N_ARM + 1)]
+        for name, low, high, value in zip(self._names, *limits, start, strict=True):
+            meshcat.AddSlider(name, low, high, STEP, value)
+        self._shown = np.full(N_ARM, np.nan)
+        self._following: asyncio.Task[None] | None = None
+        self.update()
+        place_camera(meshcat, room_of(scenario), 0.0)
+
+    @property
+    def q_arm(self) -> Array:
+        """The joint angles that the sliders say [rad], shape (7,)."""
+        return np.array([self._meshcat.GetSliderValue(name) for name in self._names])
+
+    def update(self) -> None:
+        """Show the robot as the sliders say, if they say something new."""
+        q_arm = self.q_arm
+        if np.array_equal(q_arm, self._shown):
+            return
+        self._shown = q_arm
+        self._scene.set_posture(q_arm)
+        self._scene.publish()
+        for letter, frame in self._frames.items():
+            self._meshcat.SetTransform(f"/frames/{letter}", self._scene.pose(frame))
+
+    def follow(self) -> None:
+        """Keep updating until `stop`, in the running event loop, which a notebook's kernel has: between its cells."""
+        self.stop()
+        self._following = asyncio.get_running_loop().create_task(self._follow())
+
+    def stop(self) -> None:
+        """End what `follow` began, if it did."""
+        if self._following is not None:
+            self._following.cancel()
+
+    async def _follow(self) -> None:
+        while True:
+            self.update()
+            await asyncio.sleep(PERIOD)
+
+
+def _add_triad(meshcat: Any, path: str) -> None:
+    """Add the axes of a frame: x red, y green, z blue."""
+    for name, axis, color in zip("xyz", AXIS_LENGTH * np.eye(3), AXIS_COLORS, strict=True):
+        ends = np.column_stack([np.zeros(3), axis])
+        meshcat.SetTriangleMesh(f"{path}/{name}", *tube(ends.T, TUBE_RADIUS), Rgba(*color))

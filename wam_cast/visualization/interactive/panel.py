@@ -1,0 +1,120 @@
+"""Panel: sliders, buttons and a caption in a Meshcat page, and what its readers did with them.
+
+Meshcat has no text; but a control's name is shown as HTML, wherever its own style puts it. So the caption is a button's name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from wam_cast.visualization.style import INK, PAPER, Color, css_color
+
+CAPTION_STYLE = (
+    "position:fixed; left:0; top:0; width:21em; padding:12px 16px; font:13px/1.45 sans-serif; white-space:normal; "
+    f"text-shadow:none; color:{css_color(INK)}; background:{css_color(PAPER)}b0; pointer-events:none"
+)
+
+PAGE_STYLE = (
+    "<style>"
+    ".dg.main > ul:not(.closed) {max-height:calc(100vh - 22px); overflow-y:auto} "  # down to the button that closes it
+    # The panel's own controls come first, then those of the replay, then Meshcat's others.
+    ".dg.main > ul {display:flex; flex-direction:column} "
+    ".dg.main > ul > li {flex-shrink:0} "
+    ".dg.main > ul > li.folder {order:2} "
+    ".dg.main > ul > li.folder:nth-child(3) {order:1} "
+    # The caption's row in the panel is empty.
+    ".dg .cr.function:has(.caption) {height:0; border:0} "
+    ".dg .property-name {letter-spacing:-0.2px}"
+    "</style>"
+)
+
+
+@dataclass(frozen=True)
+class Slider:
+    """A slider: its name on the page, its ends and its step in the page's unit, and how many of that unit are one SI unit."""
+
+    name: str
+    lowest: float
+    highest: float
+    step: float
+    scale: float = 1.0
+
+
+class Panel:
+    """Controls of one page; with several browsers open they are the same in all.
+
+    Parameters
+    ----------
+    meshcat
+        Whose page it is.
+    sliders
+        By key, from the top; they start at their lowest value.
+    buttons
+        Their names, below the sliders, and the key on the keyboard, such as `KeyC`, that presses each of them.
+    """
+
+    def __init__(self, meshcat: Any, sliders: Mapping[str, Slider], buttons: Mapping[str, str]) -> None:
+        self._meshcat = meshcat
+        self._sliders = dict(sliders)
+        self._known = {
+            key: meshcat.AddSlider(one.name, one.lowest, one.highest, one.step, one.lowest)
+            for key, one in sliders.items()
+        }
+        for name, keycode in buttons.items():
+            meshcat.AddButton(name, keycode)
+        self._clicks = dict.fromkeys(buttons, 0)
+        self._caption = ""
+
+    def moved(self) -> dict[str, float]:
+        """Return the sliders that were moved since the last call or `show`: their values in SI units, by key."""
+        moved = {}
+        for key, slider in self._sliders.items():
+            value = self._meshcat.GetSliderValue(slider.name)
+            # A browser may send back what it was told, rounded its own way.
+            if abs(value - self._known[key]) > slider.step / 2:
+                self._known[key] = value
+                moved[key] = value / slider.scale
+        return moved
+
+    def pressed(self) -> list[str]:
+        """Return the names of the buttons that were pressed since the last call, however often."""
+        clicks = {name: self._meshcat.GetButtonClicks(name) for name in self._clicks}
+        pressed = [name for name, number in clicks.items() if number > self._clicks[name]]
+        self._clicks = clicks
+        return pressed
+
+    def show(self, values: Mapping[str, float]) -> None:
+        """Set the sliders to `values` in SI units, rounded to their steps."""
+        for key, value in values.items():
+            slider = self._sliders[key]
+            target = value * slider.scale
+            if abs(target - self._known[key]) > slider.step / 2:
+                self._known[key] = self._meshcat.SetSliderValue(slider.name, target)
+
+    @property
+    def caption(self) -> str:
+        """The HTML in the page's corner."""
+        return self._caption
+
+    @caption.setter
+    def caption(self, html: str) -> None:
+        if html == self._caption:
+            return
+        before, self._caption = self._caption, html
+        # The new one first: so there is no moment without.
+        self._meshcat.AddButton(_as_name(html))
+        if before:
+            self._meshcat.DeleteButton(_as_name(before))
+
+
+def swatch(color: Color, sign: str, words: str) -> str:
+    """Return HTML that says what a colour means, on one line."""
+    return f'<span style="white-space:nowrap"><span style="color:{css_color(color)}">{sign}</span> {words}</span>'
+
+
+def _as_name(html: str) -> str:
+    """Return a button's name that shows `html`; the page takes it for a JavaScript string between single quotes."""
+    name = f'{PAGE_STYLE}<div class="caption" style="{CAPTION_STYLE}">{html}</div>'
+    return name.replace("\\", "&#92;").replace("'", "&#39;").replace("\n", " ")

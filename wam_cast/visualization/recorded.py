@@ -1,0 +1,138 @@
+"""What the pictures of a recorded cast need to know about it: its stages as pieces, and the room that it takes. No Drake."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wam_cast.motion.stages import Stage
+from wam_cast.simulation.outcome import is_inside
+from wam_cast.types import Array
+from wam_cast.visualization.style import status_name
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from wam_cast.simulation.recording import CastRecording
+
+
+CEILING_RADIUS, CEILING_THICKNESS = 0.18, 0.02
+"""Of the round patch of ceiling from which the arm hangs in pictures [m]."""
+
+
+SAMPLED = ("times", "states", "torques", "p_WL", "v_WL", "p_WE", "p_WE_desired", "stages")
+"""What of a recording has a value for each sample."""
+
+
+def finite_part(recording: CastRecording) -> CastRecording:
+    """Return the recording up to its last sample before a state or the ball is no longer finite: all, unless it diverged."""
+    values = np.hstack([recording.states, recording.p_WL, recording.p_WE])
+    broken = np.flatnonzero(~np.isfinite(values).all(axis=1))
+    n = int(broken[0]) if len(broken) else len(values)
+    return _samples(recording, slice(n))
+
+
+def without_turn(recording: CastRecording) -> CastRecording:
+    """Return the recording from the end of the turn on, with times [s] from there, as `Outcome.crossing_time` has them."""
+    turning = min(int(np.sum(recording.stages == Stage.TURN)), len(recording.times) - 1)
+    end_time = recording.outcome.end_time - float(recording.times[turning])
+    recording = replace(recording, outcome=replace(recording.outcome, end_time=end_time))
+    return _samples(recording, slice(turning, None))
+
+
+def without_aftermath(recording: CastRecording) -> CastRecording:
+    """Return the recording up to when it was judged; nothing happens after it until the return."""
+    n = int(np.searchsorted(recording.times, recording.outcome.end_time + 1e-9, side="right"))
+    return _samples(recording, slice(n))
+
+
+def stage_before(recording: CastRecording, sample: int) -> Stage:
+    """Return the stage that led to a sample: that at which a stage ends belongs to the next one, but shows what the first did."""
+    return Stage(recording.stages[max(sample - 1, 0)])
+
+
+def holds_ball(recording: CastRecording, samples: slice = slice(None)) -> NDArray[np.bool_]:
+    """Return for each of `samples` whether the ball of a cast that was caught is in its cup; never if it was not."""
+    p_WL = recording.p_WL[samples]
+    if recording.cup is None or not recording.outcome.is_caught:
+        return np.zeros(len(p_WL), dtype=bool)
+    shape = recording.scenario.cup
+    return is_inside(p_WL - [*recording.cup, shape.rim_height], shape)
+
+
+def cast_ends(casts: Sequence[CastRecording]) -> Array:
+    """Return when each of casts that follow each other ends [s], from the start of the first one, shape (n,)."""
+    return np.cumsum([recording.times[-1] for recording in casts])
+
+
+def frame_moments(casts: Sequence[CastRecording], rate: float) -> list[tuple[int, int]]:
+    """Return what the frames of casts that follow each other show, `rate` of them a second, to the end of the last cast.
+
+    Each is the number of a cast, from 0 on, and the sample of it that is nearest to the frame's time. Where two casts meet
+    the frame shows the end of the first.
+    """
+    ends = cast_ends(casts)
+    times = np.arange(math.ceil(ends[-1] * rate - 1e-9) + 1) / rate
+    numbers = np.minimum(np.searchsorted(ends, times - 1e-9), len(casts) - 1)
+    return [
+        (
+            int(number),
+            int(np.argmin(np.abs(casts[number].times - casts[number].times[-1] + ends[number] - time))),
+        )
+        for number, time in zip(numbers, times, strict=True)
+    ]
+
+
+def _samples(recording: CastRecording, which: slice) -> CastRecording:
+    """Return some samples of the recording, with times from the first of them on."""
+    recording = replace(recording, **{name: getattr(recording, name)[which] for name in SAMPLED})
+    return replace(recording, times=recording.times - recording.times[0])
+
+
+def stage_pieces(stages: NDArray[np.int_]) -> list[tuple[Stage, slice]]:
+    """Return the runs of equal values in `stages`, shape (n,), in order; each ends with the first sample of the next one."""
+    starts = [0, *(np.flatnonzero(np.diff(stages)) + 1)]
+    ends = [*(start + 1 for start in starts[1:]), len(stages)]
+    return [
+        (Stage(stages[start]), slice(int(start), int(end))) for start, end in zip(starts, ends, strict=True)
+    ]
+
+
+def points_to_show(recording: CastRecording) -> Array:
+    """Return points p_WQ [m], shape (n, 3), such that a picture with all of them in it shows the whole cast."""
+    scenario = recording.scenario
+    ceiling = scenario.arm.mount_height + CEILING_THICKNESS
+    points = [_box(np.array([0, 0, ceiling]), CEILING_RADIUS, 0.0), recording.p_WE]
+    radius = scenario.ball.radius
+    points += [recording.p_WL + offset for offset in _box(np.zeros(3), radius, radius)]
+    foot = recording.p_WL[-1] if recording.cup is None else np.array(recording.cup)
+    points.append(_box(np.array([foot[0], foot[1], 0.0]), scenario.cup.outer_radius, 0.0))
+    return np.vstack(points)
+
+
+def describe(recording: CastRecording, predicted_landing: Array | None = None) -> str:
+    """Return two lines: what became of the cast, and what was cast."""
+    return f"{what_became(recording, predicted_landing)}\n{recording.cast}"
+
+
+def what_became(recording: CastRecording, predicted_landing: Array | None = None) -> str:
+    """Return a line on the cup and what became of the ball."""
+    outcome, cup = recording.outcome, recording.cup
+    facts = [status_name(outcome.status)]
+    if cup is not None:
+        facts.insert(0, f"cup at ({cup[0]:.3f}, {cup[1]:.3f}) m")
+        if predicted_landing is not None:
+            facts.append(f"predicted miss {1000 * math.dist(predicted_landing, cup):.1f} mm")
+        if math.isfinite(outcome.miss):
+            facts.append(f"miss {1000 * outcome.miss:.1f} mm")
+    return ", ".join(facts).capitalize()
+
+
+def _box(middle: Array, radius: float, half_height: float) -> Array:
+    """Return the corners, shape (8, 3), of an upright box."""
+    signs = np.stack(np.meshgrid([-1, 1], [-1, 1], [-1, 1]), axis=-1).reshape(-1, 3)
+    return np.asarray(middle + signs * [radius, radius, half_height])

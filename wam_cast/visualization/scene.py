@@ -1,0 +1,199 @@
+"""CastScene: what a scenario looks like in one of its states, for whatever wants to draw it, and the light it is rendered in."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.geometry import (
+    Cylinder,
+    LightParameter,
+    MakeRenderEngineVtk,
+    MeshcatVisualizer,
+    MeshcatVisualizerParams,
+    RenderEngineVtkParams,
+)
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
+from pydrake.multibody.tree import FixedOffsetFrame, SpatialInertia
+from pydrake.systems.framework import DiagramBuilder
+
+from wam_cast.robot.cup_mesh import cup_mesh
+from wam_cast.robot.plant import N_ARM, fill_plant, hanging_positions
+from wam_cast.scenario import Cup, Scenario, String
+from wam_cast.simulation.recording import CastRecording
+from wam_cast.types import Array
+from wam_cast.visualization.recorded import CEILING_RADIUS, CEILING_THICKNESS, holds_ball
+from wam_cast.visualization.style import PAPER
+
+CEILING_COLOR = (0.62, 0.64, 0.67, 1.0)
+
+LIT_CUP_COLOR = (1.0, 0.78, 0.10, 0.40)
+"""Of the cup while it holds the ball."""
+
+OUT_OF_SIGHT = (0.0, 0.0, -1.0)
+"""Where a cup stands that is not to be seen: below the floor."""
+
+
+def make_renderer(bearing: float) -> Any:
+    """Return an off-screen render engine: one light that casts shadows, three that soften them, all turned to `bearing` [rad].
+
+    The first stands so low that the shadow of the ceiling falls beyond the floor that is drawn, and the arm's beside the ball.
+    """
+    c, s = math.cos(bearing), math.sin(bearing)
+    R_WPlane = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    key = LightParameter(
+        type="spot",
+        frame="world",
+        position=R_WPlane @ [-0.6, -2.4, 2.9],
+        direction=R_WPlane @ [1.0, 2.4, -2.5],
+        cone_angle=40.0,
+        intensity=0.4,
+    )
+    fills = [
+        LightParameter(type="point", frame="world", position=R_WPlane @ p, intensity=intensity)
+        for p, intensity in (([-2.5, -3.0, 1.2], 0.45), ([2.0, -1.5, 2.6], 0.45), ([0.3, -0.5, 3.5], 0.3))
+    ]
+    settings = RenderEngineVtkParams(
+        default_clear_color=PAPER, lights=[key, *fills], cast_shadows=True, shadow_map_size=2048
+    )
+    return MakeRenderEngineVtk(settings)
+
+
+class CastScene:
+    """The bodies of a scenario and their geometry, without controller or physics.
+
+    Parameters
+    ----------
+    scenario
+        What is shown.
+    cup
+        World (x, y) of the cup's axis [m]; none hides the cup. A second cup, which looks lit, takes its place where told.
+    meshcat
+        A Meshcat to show it in, `frame_rate` frames a second [1/s], or none.
+    renderers
+        Off-screen render engines by name.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        cup: tuple[float, float] | None,
+        *,
+        meshcat: Any = None,
+        frame_rate: float = 32.0,
+        renderers: dict[str, Any] | None = None,
+    ) -> None:
+        builder = DiagramBuilder()
+        self.plant: Any
+        self.scene_graph: Any
+        self.plant, self.scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=0.0)
+        for name, renderer in (renderers or {}).items():
+            self.scene_graph.AddRenderer(name, renderer)
+        self._add_ceiling(scenario.arm.mount_height)
+        self._add_lit_cup(scenario.cup)
+        fill_plant(self.plant, scenario)
+        self.visualizer: Any = None
+        if meshcat is not None:
+            parameters = MeshcatVisualizerParams(publish_period=1 / frame_rate)
+            self.visualizer = MeshcatVisualizer.AddToBuilder(builder, self.scene_graph, meshcat, parameters)
+        self.diagram: Any = builder.Build()
+        self.context: Any = self.diagram.CreateDefaultContext()
+        self._plant_context = self.plant.GetMyMutableContextFromRoot(self.context)
+        self._scenario = scenario
+        self.stand_cup(cup)
+
+    def _add_ceiling(self, height: float) -> None:
+        """Hang the arm from something that can be seen."""
+        X_WCeiling = RigidTransform([0.0, 0.0, height + CEILING_THICKNESS / 2])
+        patch = Cylinder(CEILING_RADIUS, CEILING_THICKNESS)
+        self.plant.RegisterVisualGeometry(
+            self.plant.world_body(), X_WCeiling, patch, "ceiling", CEILING_COLOR
+        )
+
+    def _add_lit_cup(self, cup: Cup) -> None:
+        """Add a cup for the eye alone: a geometry's colour cannot change, so that two cups change places."""
+        model = self.plant.AddModelInstance("lit_cup")
+        body = self.plant.AddRigidBody(
+            "lit_cup", model, SpatialInertia.SolidSphereWithMass(0.1, cup.outer_radius)
+        )
+        world = self.plant.world_frame()
+        mount = self.plant.AddFrame(FixedOffsetFrame("lit_cup_mount", world, RigidTransform(), model))
+        self.plant.WeldFrames(mount, body.body_frame())
+        self.plant.RegisterVisualGeometry(body, RigidTransform(), cup_mesh(cup), "lit_cup", LIT_CUP_COLOR)
+
+    def stand_cup(self, cup: tuple[float, float] | None, *, is_lit: bool = False) -> None:
+        """Put the axis of the cup, or of the one that is lit, at world (x, y) [m], or hide it."""
+        p_WC = OUT_OF_SIGHT if cup is None else (*cup, self._scenario.cup.rim_height)
+        for name, is_seen in (("cup_mount", not is_lit), ("lit_cup_mount", is_lit)):
+            mount = self.plant.GetFrameByName(name)
+            X_WMount = RigidTransform(p_WC if is_seen else OUT_OF_SIGHT)
+            mount.SetPoseInParentFrame(self._plant_context, X_WMount)
+
+    def set_state(self, time: float, state: Array) -> None:
+        """Put the scene at `time` [s], with its plant in `state`, shape (n_x,), such as a row of `CastRecording.states`."""
+        self.context.SetTime(time)
+        self.plant.SetPositionsAndVelocities(self._plant_context, state)
+
+    def set_posture(self, q_arm: Array) -> None:
+        """Put the arm at the joint angles `q_arm` [rad], shape (7,), all at rest and the ball hanging.
+
+        Below a hand that is too low for that, the ball lies on the floor, and so does what is left of the string.
+        """
+        at_rest = np.zeros(self.plant.num_velocities())
+        q = hanging_positions(self.plant, q_arm)
+        self.set_state(0.0, np.concatenate([q, at_rest]))
+        height = self.pose(self.plant.GetFrameByName("hook")).translation()[2]
+        tilts = _tilts(self._scenario.string, height - self._scenario.ball.radius)
+        # About each link's y axis, level as long as none is tilted.
+        q[N_ARM + 1 :: 2] += np.diff(tilts, prepend=0.0)
+        self.set_state(0.0, np.concatenate([q, at_rest]))
+
+    def pose(self, frame: Any) -> Any:
+        """Return the pose of one of the plant's frames in the world, a `RigidTransform` [m]."""
+        return frame.CalcPoseInWorld(self._plant_context)
+
+    def show(self, recording: CastRecording, sample: int, time: float | None = None) -> None:
+        """Put the scene in the state of a recording's `sample`, its cup lit while it holds the ball.
+
+        `time` [s] is the scene's, of the sample without it.
+        """
+        self.stand_cup(recording.cup, is_lit=bool(holds_ball(recording, slice(sample, sample + 1))[0]))
+        self.set_state(recording.times[sample] if time is None else time, recording.states[sample])
+
+    def position(self, body: str) -> Array:
+        """Return where the origin of `body` is in the world [m], shape (3,)."""
+        pose = self.plant.GetBodyByName(body).EvalPoseInWorld(self._plant_context)
+        return np.asarray(pose.translation())
+
+    def positions(self) -> Array:
+        """Return where the origins of all bodies are in the world [m], shape (n, 3)."""
+        poses = self.plant.get_body_poses_output_port().Eval(self._plant_context)
+        return np.array([pose.translation() for pose in poses])
+
+    def string(self) -> Array:
+        """Return points along the string in the world [m], from the hand to the ball, shape (n_links + 1, 3)."""
+        links = self.plant.GetBodyIndices(self.plant.GetModelInstanceByName("string"))
+        return np.array(
+            [*(self.position(self.plant.get_body(link).name()) for link in links), self.position("ball")]
+        )
+
+    def publish(self) -> None:
+        """Show the scene as it is, in the Meshcat that it was made with."""
+        self.diagram.ForcedPublish(self.context)
+
+    def render(self, camera: Any) -> NDArray[np.uint8]:
+        """Return the picture that a `ColorRenderCamera`, placed in the world by its own offset, takes: (height, width, 3)."""
+        graph_context = self.scene_graph.GetMyContextFromRoot(self.context)
+        query = self.scene_graph.get_query_output_port().Eval(graph_context)
+        world = self.scene_graph.world_frame_id()
+        image = query.RenderColorImage(camera, world, RigidTransform())
+        return np.array(image.data[:, :, :3])
+
+
+def _tilts(string: String, room: float) -> Array:
+    """Return the angles from the vertical [rad], shape (n_links,), of the links of a string that has `room` [m] to hang."""
+    link_length = string.length / string.n_links
+    return np.asarray(np.arccos(np.clip(room / link_length - np.arange(string.n_links), 0.0, 1.0)))

@@ -1,0 +1,142 @@
+"""A cast seen from the side, in its casting plane: distance from the base axis along it, height above the floor."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle, Polygon
+
+from wam_cast.casting_plane import to_casting_plane
+from wam_cast.robot.cup_mesh import cup_profile
+from wam_cast.robot.plant import BALL_COLOR, CUP_COLOR
+from wam_cast.simulation.recording import CastRecording
+from wam_cast.types import Array
+from wam_cast.visualization.recorded import stage_pieces
+from wam_cast.visualization.style import INK, STAGE_COLORS, stage_name
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.axes import Axes
+
+
+DESIRED_LINE: Any = {"linewidth": 0.8, "linestyle": (0, (4, 3))}
+RIM_PLANE_LINE: Any = {"linewidth": 0.8, "linestyle": (0, (1, 3))}
+LANDING_MARK: Any = {"marker": "x", "markersize": 8, "markeredgewidth": 1.6, "linestyle": "none"}
+PREDICTION_MARK: Any = {"marker": "D", "markersize": 8, "markerfacecolor": "none", "linestyle": "none"}
+
+
+def in_casting_plane(p_WQ: Array, bearing: float) -> Array:
+    """Return points p_WQ [m], shape (n, 3), as distance along the casting plane of `bearing` [rad] and height, shape (n, 2)."""
+    along = p_WQ[:, :2] @ [np.cos(bearing), np.sin(bearing)]
+    return np.column_stack([along, p_WQ[:, 2]])
+
+
+def draw_side_view(
+    axes: Axes, recording: CastRecording, moments: Sequence[int] = (), predicted_landing: Array | None = None
+) -> None:
+    """Draw the paths of ball and hand, the hand's reference, the cup to scale and the landing.
+
+    Parameters
+    ----------
+    axes
+        Where to draw.
+    recording
+        What to draw; its samples must be finite.
+    moments
+        Samples at which the ball is drawn and numbered, from 1 on.
+    predicted_landing
+        World (x, y) [m] where a forward model said that the ball would land, to be marked; or none.
+    """
+    _draw_surroundings(axes, recording)
+    _draw_paths(axes, recording)
+    _draw_balls(axes, recording, moments)
+    _draw_landings(axes, recording, predicted_landing)
+    # Not by the box: the layout knows it before the aspect does, and would cut off the legend below.
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel("along the casting plane [m]")
+    axes.set_ylabel("height above the floor [m]")
+    axes.set_title("In the casting plane")
+    axes.spines[["top", "right"]].set_visible(False)
+    handles = _legend_handles(recording, predicted_landing is not None)
+    axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.09), ncols=3, frameon=False)
+
+
+def _draw_surroundings(axes: Axes, recording: CastRecording) -> None:
+    shape = recording.scenario.cup
+    axes.axhline(0.0, color=INK, linewidth=1.2, zorder=1)
+    axes.axhline(shape.rim_height, color=INK, zorder=1, **RIM_PLANE_LINE)
+    if recording.cup is None:
+        return
+    along, _ = to_casting_plane(np.array(recording.cup), recording.cast.bearing)
+    half = np.array(cup_profile(shape))
+    section = np.vstack([half, half[::-1] * [-1, 1]]) + np.array([along, shape.rim_height])
+    axes.add_patch(Polygon(section, facecolor=CUP_COLOR[:3], edgecolor=INK, linewidth=0.5, zorder=2))
+
+
+def _draw_paths(axes: Axes, recording: CastRecording) -> None:
+    bearing = recording.cast.bearing
+    for stage, piece in stage_pieces(recording.stages):
+        color = STAGE_COLORS[stage]
+        axes.plot(*in_casting_plane(recording.p_WL[piece], bearing).T, color=color, linewidth=2.4, zorder=4)
+        axes.plot(*in_casting_plane(recording.p_WE[piece], bearing).T, color=color, linewidth=1.3, zorder=4)
+    desired = in_casting_plane(recording.p_WE_desired, bearing)
+    axes.plot(*desired.T, color=INK, zorder=5, **DESIRED_LINE)
+
+
+def _draw_balls(axes: Axes, recording: CastRecording, moments: Sequence[int]) -> None:
+    """Draw the ball at its moments, with their numbers; moments at which it is in one place share a ball."""
+    centres = in_casting_plane(recording.p_WL[list(moments)], recording.cast.bearing)
+    radius = recording.scenario.ball.radius
+    balls: list[tuple[Array, list[int]]] = []
+    for number, centre in enumerate(centres, start=1):
+        same = [numbers for place, numbers in balls if np.linalg.norm(place - centre) < radius]
+        if same:
+            same[0].append(number)
+        else:
+            balls.append((centre, [number]))
+    for centre, numbers in balls:
+        place = (centre[0], centre[1])
+        ball = Circle(place, radius, facecolor=BALL_COLOR, edgecolor=INK, linewidth=0.6, zorder=6)
+        axes.add_patch(ball)
+        label = ", ".join(map(str, numbers))
+        # A ball that several moments share may be too small for their numbers.
+        room: Any = {"boxstyle": "round,pad=0.25", "facecolor": BALL_COLOR, "edgecolor": "none"}
+        axes.annotate(
+            label,
+            place,
+            ha="center",
+            va="center",
+            fontsize=7,
+            color="white",
+            zorder=7,
+            bbox=room if len(numbers) > 1 else None,
+        )
+
+
+def _draw_landings(axes: Axes, recording: CastRecording, predicted_landing: Array | None) -> None:
+    height = recording.scenario.cup.rim_height
+    along = recording.outcome.landing_along
+    if np.isfinite(along):
+        axes.plot(along, height, color=INK, zorder=8, **LANDING_MARK)
+    if predicted_landing is not None:
+        along, _ = to_casting_plane(predicted_landing, recording.cast.bearing)
+        axes.plot(along, height, color=INK, zorder=8, **PREDICTION_MARK)
+
+
+def _legend_handles(recording: CastRecording, has_prediction: bool) -> list[Line2D]:
+    stages = dict.fromkeys(stage for stage, _ in stage_pieces(recording.stages))
+    handles = [
+        Line2D([], [], color=STAGE_COLORS[stage], linewidth=4, label=stage_name(stage)) for stage in stages
+    ]
+    handles.append(Line2D([], [], color=INK, linewidth=2.4, label="ball"))
+    handles.append(Line2D([], [], color=INK, linewidth=1.3, label="hand"))
+    handles.append(Line2D([], [], color=INK, label="hand, desired", **DESIRED_LINE))
+    handles.append(Line2D([], [], color=INK, label="rim plane", **RIM_PLANE_LINE))
+    if np.isfinite(recording.outcome.landing_along):
+        handles.append(Line2D([], [], color=INK, label="landing", **LANDING_MARK))
+    if has_prediction:
+        handles.append(Line2D([], [], color=INK, label="landing, predicted", **PREDICTION_MARK))
+    return handles

@@ -1,0 +1,91 @@
+"""What all Meshcat pages of a cast share: a plain background, a camera that sees all of it, and tubes for paths."""
+
+from __future__ import annotations
+
+import logging
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.geometry import Meshcat, MeshcatParams
+
+from wam_cast.types import Array
+from wam_cast.visualization.camera import Camera, view_rotation
+from wam_cast.visualization.style import PAPER
+
+TURN, ELEVATION = math.radians(28), math.radians(8)
+"""Of the page's first view: see `view_rotation`."""
+
+FIELD_OF_VIEW = math.radians(30)
+"""Of the page's camera, vertically."""
+
+N_SIDES = 4
+"""Of a tube."""
+
+
+def open_meshcat() -> Any:
+    """Return a Meshcat with a plain background, which listens on a free port of this machine alone and does not say so."""
+    logger = logging.getLogger("drake")
+    level = logger.level
+    logger.setLevel(logging.WARNING)
+    try:
+        meshcat = Meshcat(MeshcatParams(host="localhost", port=0, show_stats_plot=False))
+    finally:
+        logger.setLevel(level)
+    for path in ("/Grid", "/Axes"):
+        meshcat.SetProperty(path, "visible", False)
+    for color in ("top_color", "bottom_color"):
+        meshcat.SetProperty("/Background/<object>", color, list(PAPER))
+    return meshcat
+
+
+_kept: list[Any] = []
+"""What `keep` was given."""
+
+
+def keep(meshcat: Any) -> Any:
+    """Keep `meshcat` until the process ends, and return it.
+
+    A Meshcat must end in the thread that began it, or Drake aborts the process. What shows its scene is full of cycles, which any
+    thread may collect; a notebook's kernel has several. So each costs a port and a thread until then.
+    """
+    _kept.append(meshcat)
+    return meshcat
+
+
+def place_camera(meshcat: Any, p_WQ: Array, bearing: float, elevation: float = ELEVATION) -> Camera:
+    """Look at the casting plane at `bearing`, `elevation` down [rad], such that all points `p_WQ` [m], shape (n, 3), are seen.
+
+    Returns the page's camera in a square window.
+    """
+    R_WV = view_rotation(bearing, TURN, elevation)
+    camera = Camera.framing(p_WQ, R_WV, (1000, 1000), FIELD_OF_VIEW)
+    ahead = R_WV[:, 2]
+    depth = float(np.mean((p_WQ - camera.p_WV) @ ahead))
+    meshcat.SetCamera(Meshcat.PerspectiveCamera(fov=math.degrees(FIELD_OF_VIEW)))
+    meshcat.SetCameraPose(camera.p_WV, camera.p_WV + depth * ahead)
+    return camera
+
+
+def tube(p_WQ: Array, radius: float) -> tuple[Array, NDArray[np.int32]]:
+    """Return an open tube of `radius` [m] around the path p_WQ [m], shape (n, 3): vertices (3, m) and triangles (3, k).
+
+    Both are in the order of the path, `2 * N_SIDES` triangles from each of its points to the next one.
+    """
+    along = np.gradient(p_WQ, axis=0)
+    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
+    # Of the world's axes the one that the path follows least cannot be parallel to it.
+    helper = np.eye(3)[np.argmin(np.abs(along).max(axis=0))]
+    side = np.cross(along, helper)
+    side /= np.maximum(np.linalg.norm(side, axis=1, keepdims=True), 1e-12)
+    other = np.cross(along, side)
+    angles = 2 * np.pi / N_SIDES * np.arange(N_SIDES)
+    rings = p_WQ[:, None] + radius * (
+        np.cos(angles)[:, None] * side[:, None] + np.sin(angles)[:, None] * other[:, None]
+    )
+    index = np.arange(rings.size // 3).reshape(-1, N_SIDES)
+    here, there = index[:-1], index[1:]
+    quads = np.stack([here, there, np.roll(there, -1, axis=1), np.roll(here, -1, axis=1)], axis=-1)
+    triangles = quads[..., [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
+    return np.asfortranarray(rings.reshape(-1, 3).T), np.asfortranarray(triangles.T, dtype=np.int32)

@@ -208,6 +208,18 @@ def test_cup_stands_where_it_is_put_in_its_own_context_only(scene):
     np.testing.assert_allclose(cup_position(scene, other), [0, 0, 0.12], atol=1e-15)
 
 
+@pytest.mark.parametrize("bearing", [0.0, 0.3, -2.0])
+def test_cup_is_turned_to_face_the_base_axis(scene, bearing):
+    # Then the flat boxes of its wall meet a ball alike at any bearing.
+    context = scene.diagram.CreateDefaultContext()
+    outward = np.array([np.cos(bearing), np.sin(bearing), 0.0])
+    scene.set_cup(context, (0.7 * outward[0], 0.7 * outward[1]))
+    body = scene.plant.GetBodyByName("cup")
+    R_WC = body.EvalPoseInWorld(scene.plant.GetMyContextFromRoot(context)).rotation().matrix()
+    np.testing.assert_allclose(R_WC[:, 0], outward, atol=1e-15)
+    np.testing.assert_allclose(R_WC[:, 2], [0, 0, 1], atol=1e-15)
+
+
 def test_arm_at_rest_holds_still():
     # A move so slow that it has hardly begun: the spline is 10 u^3 of 0.1 mm.
     station = CastStation(Scenario(), has_scene=False)

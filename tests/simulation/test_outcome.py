@@ -12,6 +12,7 @@ from wam_cast.simulation.outcome import (
     find_crossing,
     is_inside,
     judge,
+    possible_rise,
     touches_rim,
 )
 
@@ -141,6 +142,16 @@ def test_inside_ends_at_the_wall_and_at_the_rim():
         [[0.0, 0, -0.001], [0, 0, 0.001], [0.0299, 0, -0.05], [0.0301, 0, -0.05], [0.022, 0.022, -0.1]]
     )
     np.testing.assert_array_equal(is_inside(p_CL, CUP), [True, False, True, False, False])
+
+
+def test_ball_could_rise_by_its_kinetic_energy_above_where_it_is():
+    lying = CUP.bottom_thickness + R - CUP.rim_height
+    assert possible_rise(np.array([0.01, 0.0, lying]), 0.0, CUP, R) == pytest.approx(0.0, abs=1e-15)
+    assert possible_rise(np.array([0.01, 0.0, lying + 0.03]), 0.0, CUP, R) == pytest.approx(0.03)
+    # Thrown up at sqrt(2 g h), a ball rises by h.
+    upward = np.sqrt(2 * G * 0.02)
+    assert possible_rise(np.array([0.01, 0.0, lying]), upward, CUP, R) == pytest.approx(0.02)
+    assert possible_rise(np.array([0.01, 0.0, lying + 0.03]), upward, CUP, R) == pytest.approx(0.05)
 
 
 def test_rim_is_touched_at_a_balls_radius():

@@ -13,7 +13,7 @@ from wam_cast.learning.forward_model import reference_model
 from wam_cast.planning.plan import LONGEST_MISS, METHODS, plan_cast
 from wam_cast.planning.reach import BEARING_MARGIN
 from wam_cast.scenario import Scenario
-from wam_cast.simulation.simulate import simulate_cast
+from wam_cast.simulation.simulator import simulate_cast
 
 BOTH = pytest.mark.parametrize("method", METHODS)
 # The same where casts are simulated, which takes its time.

@@ -25,8 +25,7 @@ from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Noise, Scenario
 from wam_cast.simulation.integration_step import flight_step
 from wam_cast.simulation.outcome import Outcome
-from wam_cast.simulation.simulate import simulate_cast
-from wam_cast.simulation.simulator import CastSimulator
+from wam_cast.simulation.simulator import CastSimulator, simulate_cast
 
 CAST = Cast(0.30, 0.60, 0.10, bearing=1e-3)  # its turn is short
 TYPICAL = Noise.typical()

@@ -14,8 +14,7 @@ from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Noise, Scenario
 from wam_cast.simulation.outcome import Outcome, Status
 from wam_cast.simulation.recording import Throw
-from wam_cast.simulation.simulate import simulate_cast, simulate_casts
-from wam_cast.simulation.simulator import CastSimulator
+from wam_cast.simulation.simulator import CastSimulator, simulate_cast, simulate_casts
 
 CASTS = [Cast(0.30, 0.60, 0.10), Cast(0.20, 0.30, 0.45, bearing=0.05), Cast(0.30, 0.60, 0.10, bearing=-0.1)]
 

@@ -13,9 +13,10 @@ from wam_cast.errors import InputError
 from wam_cast.motion.stages import CastMotion, Stage
 from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Scenario
-from wam_cast.simulation.outcome import SLACK_MARGIN, BallTrack, Outcome, Status, find_crossing
-from wam_cast.simulation.simulate import simulate_cast
-from wam_cast.simulation.simulator import CastSimulator
+from wam_cast.simulation.ball_and_cup import SLACK_MARGIN
+from wam_cast.simulation.judge import BallTrack, find_crossing
+from wam_cast.simulation.outcome import Outcome, Status
+from wam_cast.simulation.simulator import CastSimulator, simulate_cast
 
 CASTS = [
     Cast(0.30, 0.60, 0.10),
@@ -340,7 +341,7 @@ def test_broken_simulation_is_reported_and_harms_nothing():
 
 def test_simulator_works_after_a_broken_simulation(simulator, free, monkeypatch):
     # The same simulator, whose ball is thrown out of the world in the middle of a cast.
-    monkeypatch.setattr("wam_cast.simulation.simulator.MAX_SPEED", 1.0)
+    monkeypatch.setattr("wam_cast.simulation.polling.MAX_BALL_SPEED", 1.0)
     assert simulator.simulate(TYPICAL).status is Status.DIVERGED
     assert simulator.simulate(TYPICAL, (0.6, 0.0)).status is Status.DIVERGED
     monkeypatch.undo()
@@ -349,7 +350,7 @@ def test_simulator_works_after_a_broken_simulation(simulator, free, monkeypatch)
 
 def test_state_that_is_not_finite_breaks_no_recording(monkeypatch):
     # Undamped and at too long a step the string blows up within a cast, past the largest number that a float holds.
-    monkeypatch.setattr("wam_cast.simulation.simulator.flight_step", lambda station: 0.002)
+    monkeypatch.setattr("wam_cast.simulation.contact_free.flight_step", lambda station: 0.002)
     broken = CastSimulator(scenario(string={"n_links": 20, "bending_damping": 0.0}))
     recording = broken.record(TYPICAL)
     assert recording.outcome.status is Status.DIVERGED

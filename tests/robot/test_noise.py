@@ -277,7 +277,7 @@ def test_torque_noise_keeps_its_seed_in_the_context():
 
 
 def test_every_torque_of_a_recording_is_the_law_of_what_the_encoders_saw_and_the_noise():
-    """In the flight as in the scene: nothing is drawn anew at the hand-over, nor shifted by a sample."""
+    """In the contact-free phase as in that with contact: nothing is drawn anew at the hand-over, nor shifted by a sample."""
     quick = {"hold_duration": 0.4, "pull_duration": 0.4, "slide_duration": 0.4, "retreat_duration": 1.0}
     scenario = Scenario.from_dict({"noise": TYPICAL.model_dump(), "motion": quick})
     noisy, seed = CastSimulator(scenario), 11
@@ -287,7 +287,7 @@ def test_every_torque_of_a_recording_is_the_law_of_what_the_encoders_saw_and_the
     context = controller.CreateDefaultContext()
     along, _ = to_casting_plane(np.array(recording.cup), CAST.bearing)
     controller.set_cast(context, executed_cast(scenario.noise, CAST, seed), cup_radius=along)
-    resolution = encoder_resolution(noisy._flight.plant, TYPICAL.encoder_counts)
+    resolution = encoder_resolution(CastStation(scenario, has_scene=False).plant, TYPICAL.encoder_counts)
     unit = np.concatenate([resolution, resolution / PERIOD])
     n_q = recording.states.shape[1] // 2
     arm_states = recording.states[:, np.r_[0:7, n_q : n_q + 7]]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 from pydrake.common.value import AbstractValue
@@ -93,6 +93,13 @@ class MeasuredArm:
         return np.asarray(-self.plant.CalcGravityGeneralizedForces(self.context))
 
 
+class HandState(NamedTuple):
+    """Position p_WE [m] and velocity v_WE [m/s] of the hand, (3,) each."""
+
+    p_WE: Array
+    v_WE: Array
+
+
 class ArmController(LeafSystem):
     """Base of a controller: a subclass says in `torque` what it wants of the motors.
 
@@ -134,6 +141,14 @@ class ArmController(LeafSystem):
             ),
             prerequisites_of_calc={cast},
         )
+        # An entry of its own, since port and torque both ask for it, and a turn's takes its time.
+        self._desired = self.DeclareCacheEntry(
+            description="desired hand",
+            value_producer=ValueProducer(
+                allocate=lambda: AbstractValue.Make(object()), calc=self._calc_desired
+            ),
+            prerequisites_of_calc={time, cast},
+        )
         self._arm = self.DeclareCacheEntry(
             description="measured arm",
             value_producer=ValueProducer(
@@ -146,7 +161,7 @@ class ArmController(LeafSystem):
         self.DeclareVectorOutputPort("hand_desired", 6, self._calc_hand_desired, {time, cast})
         self.DeclareVectorOutputPort("stage", 1, self._calc_stage, {time, cast})
 
-    def torque(self, t: float, arm: MeasuredArm, motion: CastMotion) -> Array:
+    def torque(self, t: float, arm: MeasuredArm, desired: HandState, motion: CastMotion) -> Array:
         """Return the torque [N m], (7,), that the motors are to give at time `t` [s] from the start of the `motion`."""
         raise NotImplementedError
 
@@ -176,11 +191,15 @@ class ArmController(LeafSystem):
         cast = self.get_cast(context)
         value.set_value(CastMotion(self.scenario, cast, start_bearing=start_bearing, cup_radius=cup_radius))
 
+    def _calc_desired(self, context: Context, value: AbstractValue) -> None:
+        value.set_value(HandState(*self.hand_desired(context.get_time(), self._motion.Eval(context))))
+
     def _calc_arm(self, context: Context, value: AbstractValue) -> None:
         value.get_value().measure(self._input.Eval(context))
 
     def _calc_actuation(self, context: Context, output: BasicVector) -> None:
-        torque = self.torque(context.get_time(), self._arm.Eval(context), self._motion.Eval(context))
+        evaluated = (entry.Eval(context) for entry in (self._arm, self._desired, self._motion))
+        torque = self.torque(context.get_time(), *evaluated)
         output.SetFromVector(saturate(torque, self.torque_limits))
 
     def _calc_hand(self, context: Context, output: BasicVector) -> None:
@@ -188,8 +207,7 @@ class ArmController(LeafSystem):
         output.SetFromVector(np.concatenate([arm.p_WE, arm.v_WE]))
 
     def _calc_hand_desired(self, context: Context, output: BasicVector) -> None:
-        desired = self.hand_desired(context.get_time(), self._motion.Eval(context))
-        output.SetFromVector(np.concatenate(desired))
+        output.SetFromVector(np.concatenate(self._desired.Eval(context)))
 
     def _calc_stage(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector([self._motion.Eval(context).stage(context.get_time())])
@@ -216,11 +234,10 @@ class CastController(ArmController):
         self._posture_gain = np.hstack([np.diag(gains.posture_stiffness), np.diag(gains.posture_damping)])
         self._rest_state = np.concatenate([starting_posture(self.plant, scenario), np.zeros(N_ARM)])
 
-    def torque(self, t: float, arm: MeasuredArm, motion: CastMotion) -> Array:
+    def torque(self, t: float, arm: MeasuredArm, desired: HandState, motion: CastMotion) -> Array:
         """Return the law's torque [N m], (7,)."""
         J = arm.Jv_WE
-        p_desired, v_desired = motion.evaluate(t)
-        u_x = self._kp * (p_desired - arm.p_WE) + self._kd * (v_desired - J @ arm.v)
+        u_x = self._kp * (desired.p_WE - arm.p_WE) + self._kd * (desired.v_WE - J @ arm.v)
         posture = self._posture_gain @ (self._posture(t, motion) - arm.state)
         # dposv solves a positive definite system without the checks that cost numpy.linalg.solve most of its time.
         _, force_of_posture, failed = dposv(J @ J.T, J @ posture)

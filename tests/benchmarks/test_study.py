@@ -23,7 +23,7 @@ from wam_cast.learning.sampling import sample_casts
 from wam_cast.planning.plan import plan_cast
 from wam_cast.planning.reach import Reach
 from wam_cast.simulation.outcome import Status
-from wam_cast.simulation.simulate import simulate_cast
+from wam_cast.simulation.simulator import simulate_cast
 
 NAMES = [
     ("gradient", "model"),

@@ -15,7 +15,7 @@ from wam_cast.learning.reference import reference_model
 from wam_cast.planning.solution import SOLVERS
 from wam_cast.scenario import Noise
 from wam_cast.simulation.outcome import Status
-from wam_cast.simulation.simulate import simulate_casts
+from wam_cast.simulation.simulator import simulate_casts
 
 COMMANDS = ("throw", "plan", "generate", "fit", "map", "show")
 PLAN_KEYS = {"cup", "cast", "predicted_landing", "predicted_miss", "is_feasible"}

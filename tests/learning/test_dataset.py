@@ -444,7 +444,7 @@ def test_the_number_of_workers_changes_no_bit(real, tmp_path):
 
 
 def test_a_row_is_the_outcome_of_its_cast(real):
-    from wam_cast.simulation.simulate import simulate_cast
+    from wam_cast.simulation.simulator import simulate_cast
 
     row = real[0].frame.iloc[5]
     outcome = simulate_cast(SCENARIO, Cast(row["distance"], row["speed"], row["wait"]))
@@ -457,7 +457,7 @@ def test_a_row_is_the_outcome_of_its_cast(real):
 
 
 def test_noise_leaves_the_drawn_casts_alone_and_does_not_depend_on_who_draws_it(real, tmp_path):
-    from wam_cast.simulation.simulate import simulate_cast
+    from wam_cast.simulation.simulator import simulate_cast
 
     noisy = Scenario(noise=Noise.typical())
     frame = generate(5, tmp_path, scenario=noisy).frame

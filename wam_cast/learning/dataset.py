@@ -185,7 +185,7 @@ def generate_dataset(
 def simulate_row(scenario: Scenario, seed: int, row: int) -> Row:
     """Simulate one row of a dataset and return its columns; what workers run."""
     # Only who simulates needs Drake; loading a dataset does without.
-    from wam_cast.simulation.simulate import simulate_cast
+    from wam_cast.simulation.simulator import simulate_cast
 
     cast = sample_cast(scenario, seed, row)
     outcome = simulate_cast(scenario, cast, noise_seed=row_noise_seed(seed, row))

@@ -270,7 +270,7 @@ def map_(
         forward, size, picture, planner.value, None if solver is None else solver.value, seed, workers
     )
     if as_json:
-        print_json([{"picture": str(picture), **floor.model_dump()}])
+        print_json([{"picture": str(picture), **floor.record()}])
     else:
         output.print_map(floor, picture)
 

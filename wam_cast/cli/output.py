@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
@@ -26,7 +26,7 @@ from rich.table import Table
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from wam_cast.experiments.floor_map import FloorMap, Scatter
+    from wam_cast.experiments.floor_map import FloorMap
     from wam_cast.experiments.paper.findings import Findings
     from wam_cast.learning.forward_model import ForwardModel
     from wam_cast.planning.plan import Plan
@@ -271,7 +271,7 @@ def print_map(floor: FloorMap, picture: Path) -> None:
         "caught",
         "interval\n\n[%]",
     )
-    for ring in floor.rings:
+    for ring in floor.rings.itertuples():
         low, high = ring.hit_interval
         table.add_row(
             f"{ring.radius:.3f}",
@@ -287,16 +287,15 @@ def print_map(floor: FloorMap, picture: Path) -> None:
         "cup: its distance from the base axis; along: outward from its axis, lateral: to the left of it;"
     )
     out.print("in brackets: standard deviation; clear: probability of entering without touching the rim")
-    for ring in floor.rings:
+    for ring in floor.rings.itertuples():
         if not ring.is_feasible:
             out.print(f"cup {ring.radius:.3f}: no cast is predicted to land in it")
-    out.print(f"{floor.n_caught} of {floor.n_casts} caught; the map is in {picture}")
+    out.print(f"{floor.n_caught} of {len(floor.casts)} caught; the map is in {picture}")
 
 
-def _scatter(scatter: Scatter) -> str:
-    if scatter.mean is None or scatter.std is None:
-        return "-"
-    return _offset(scatter.mean, scatter.std)
+def _scatter(offsets: Mapping[str, float | None]) -> str:
+    mean, std = offsets["mean"], offsets["std"]
+    return "-" if mean is None or std is None else _offset(mean, std)
 
 
 def _offset(mean: float, std: float) -> str:

@@ -18,14 +18,13 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any, Self, TypeVar
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from wam_cast.errors import InputError
-from wam_cast.experiments.paper.results import Result
 from wam_cast.experiments.paper.settings import Settings
 from wam_cast.storage.atomic import write_file
 
-R = TypeVar("R", bound=Result)
+R = TypeVar("R", bound=BaseModel)
 
 
 class RunDirectory:

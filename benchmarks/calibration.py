@@ -118,7 +118,11 @@ def _print_clear_entries(
     scenario = Scenario(noise=Noise.typical())
     bound, cups = model.bound_to(scenario), draw_cups(Reach.of(model), n_cups, seed)
     table = Table(
-        "planner", "predicted", "executed", "95 % interval", title=f"rim-clear entries, {n_cups} cups, noise on"
+        "planner",
+        "predicted",
+        "executed",
+        "95 % interval",
+        title=f"rim-clear entries, {n_cups} cups, noise on",
     )
     throwers = [Thrower(method, method, bound, cups) for method in METHODS]
     trials = plan_and_execute(scenario, throwers, seed=seed, executor=workers)

@@ -17,7 +17,11 @@ from wam_cast.planning.prediction import Predictor
 from wam_cast.planning.program import TERMS, Term, plan_by_program
 from wam_cast.planning.reach import Reach
 
-VARIANTS: dict[str, tuple[Term, ...]] = {"nothing": (), **{term: (term,) for term in TERMS}, "all of them": TERMS}
+VARIANTS: dict[str, tuple[Term, ...]] = {
+    "nothing": (),
+    **{term: (term,) for term in TERMS},
+    "all of them": TERMS,
+}
 """What is left out: nothing, each term alone, and all of them."""
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from importlib.metadata import version
 
 import pandas as pd
+
 from planners.study import CUP_KINDS, PlannerComparison
 from wam_cast.experiments.statistics import Statistics, describe
 from wam_cast.experiments.trials import hits

@@ -267,7 +267,9 @@ def test_hits_are_counted_for_each_kind_of_cup(casts):
             n_caught = int((trials["miss"] < room).sum())
             expected = (n_caught, 3, n_caught / 3, wilson_interval(n_caught, 3))
             caught = hits(trials)
-            assert tuple(caught[name] for name in ("n_caught", "n_cups", "hit_rate", "hit_interval")) == expected
+            assert (
+                tuple(caught[name] for name in ("n_caught", "n_cups", "hit_rate", "hit_interval")) == expected
+            )
 
 
 def test_lost_processes_count_as_failures(casts):

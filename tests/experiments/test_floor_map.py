@@ -66,7 +66,9 @@ def test_cups_lie_evenly_over_the_whole_region(floor_without_physics, model):
 
 def test_there_is_one_plan_for_each_radius_by_the_planner_that_was_asked_for(floor_without_physics, model):
     floor = map_floor(model, SIZE, method="program", solver="ipopt")
-    assert floor_without_physics.planned == [((radius, 0.0), "program", "ipopt") for radius in floor.rings["radius"]]
+    assert floor_without_physics.planned == [
+        ((radius, 0.0), "program", "ipopt") for radius in floor.rings["radius"]
+    ]
 
 
 def test_a_turned_plan_still_makes_up_for_a_landing_beside_its_plane(floor_without_physics, model):

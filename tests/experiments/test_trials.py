@@ -8,12 +8,11 @@ import pandas as pd
 import pytest
 
 import wam_cast as wc
-
 from wam_cast.arm_model import bearing_limits
 from wam_cast.cast import Cast
+from wam_cast.casting_plane import from_polar
 from wam_cast.experiments import trials as module
 from wam_cast.experiments.statistics import wilson_interval
-from wam_cast.casting_plane import from_polar
 from wam_cast.experiments.trials import (
     Thrower,
     Trial,
@@ -98,7 +97,13 @@ def test_a_row_has_the_largest_utilization_of_any_joint():
 def test_a_lost_trial_keeps_what_was_to_be_done():
     row, whole = (trial_row(Scenario(), trial(bearing=0.1), outcome) for outcome in (None, fake((0.7, 0.0))))
     assert row.keys() == whole.keys()
-    assert (row["radius"], row["distance"], row["speed"], row["wait"], row["bearing"]) == (0.7, 0.3, 0.6, 0.1, 0.1)
+    assert (row["radius"], row["distance"], row["speed"], row["wait"], row["bearing"]) == (
+        0.7,
+        0.3,
+        0.6,
+        0.1,
+        0.1,
+    )
     assert (row["status"], row["is_caught"], row["limits_hit"]) == ("lost", False, ())
     assert math.isnan(row["miss"])
 
@@ -175,9 +180,7 @@ def test_cups_lie_evenly_over_the_reach(no_physics):
         Thrower(*named, model, line_of_cups(model, 6)) for named in (("a", "gradient"), ("b", "program"))
     ]
     seen = []
-    found = plan_and_execute(
-        Scenario(), throwers, executor=Workers(), report=lambda *done: seen.append(done)
-    )
+    found = plan_and_execute(Scenario(), throwers, executor=Workers(), report=lambda *done: seen.append(done))
     assert found["label"].tolist() == ["a"] * 6 + ["b"] * 6
     assert found["planner"].tolist() == ["gradient"] * 6 + ["program"] * 6
     for _, group in found.groupby("label"):

@@ -16,7 +16,6 @@ from wam_cast.scenario import Noise
 from wam_cast.storage.run_directory import RunDirectory
 
 
-
 class Found(Result):
     n: int
     mean: float

@@ -271,15 +271,16 @@ def print_map(floor: FloorMap, picture: Path) -> None:
         "caught",
         "interval\n\n[%]",
     )
-    for ring in floor.rings.itertuples():
-        low, high = ring.hit_interval
+    record = floor.record()
+    for ring in record["rings"]:
+        low, high = ring["hit_interval"]
         table.add_row(
-            f"{ring.radius:.3f}",
-            _offset(ring.predicted_along, ring.predicted_spread[0]),
-            _scatter(ring.along),
-            _scatter(ring.lateral),
-            f"{100 * ring.clear_entry_probability:.1f}",
-            f"{ring.n_caught}/{ring.n_casts}",
+            f"{ring['radius']:.3f}",
+            _offset(ring["predicted_along"], ring["predicted_spread"][0]),
+            _scatter(ring["along"]),
+            _scatter(ring["lateral"]),
+            f"{100 * ring['clear_entry_probability']:.1f}",
+            f"{ring['n_caught']}/{ring['n_casts']}",
             f"{100 * low:.0f}-{100 * high:.0f}",
         )
     out.print(table)
@@ -287,10 +288,10 @@ def print_map(floor: FloorMap, picture: Path) -> None:
         "cup: its distance from the base axis; along: outward from its axis, lateral: to the left of it;"
     )
     out.print("in brackets: standard deviation; clear: probability of entering without touching the rim")
-    for ring in floor.rings.itertuples():
-        if not ring.is_feasible:
-            out.print(f"cup {ring.radius:.3f}: no cast is predicted to land in it")
-    out.print(f"{floor.n_caught} of {len(floor.casts)} caught; the map is in {picture}")
+    for ring in record["rings"]:
+        if not ring["is_feasible"]:
+            out.print(f"cup {ring['radius']:.3f}: no cast is predicted to land in it")
+    out.print(f"{record['n_caught']} of {record['n_casts']} caught; the map is in {picture}")
 
 
 def _scatter(offsets: Mapping[str, float | None]) -> str:

@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 
 from wam_cast.errors import checked_whole_number
-from wam_cast.experiments.frames import Record, to_plain
+from wam_cast.experiments.frames import Record, records, to_plain
 from wam_cast.experiments.trials import Trial, execute, hits, lost_as_diverged
 from wam_cast.parallel.seeds import Purpose, derived_seed
 from wam_cast.parallel.workers import Workers
@@ -90,10 +90,10 @@ class FloorMap:
 
     def record(self) -> Record:
         """Return the whole map as JSON knows it: its rings, each with its casts."""
-        rings = self.rings.to_dict("records")
-        for ring, (_, casts) in zip(rings, self.casts.groupby("radius"), strict=True):
-            columns = ["noise_seed", "status", "along", "lateral", "miss"]
-            ring["casts"] = casts[["cup_bearing", *columns]].set_axis(["bearing", *columns], axis=1).to_dict("records")
+        rings, names = records(self.rings), ["bearing", "noise_seed", "status", "along", "lateral", "miss"]
+        casts = self.casts.drop(columns="bearing").rename(columns={"cup_bearing": "bearing"})
+        for ring, (_, group) in zip(rings, casts.groupby("radius"), strict=True):
+            ring["casts"] = records(group[names])
         content = {
             "radii": self.radii,
             "bearings": self.bearings,

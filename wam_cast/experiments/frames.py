@@ -27,6 +27,11 @@ class Result(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
+def records(frame: pd.DataFrame) -> list[Record]:
+    """Return the rows of a frame."""
+    return [{str(name): value for name, value in row.items()} for row in frame.to_dict("records")]
+
+
 def _from_rows(rows: pd.DataFrame | Sequence[Record]) -> pd.DataFrame:
     if isinstance(rows, pd.DataFrame):
         return rows
@@ -46,7 +51,7 @@ def _known(value: Any) -> Any:
 Rows = Annotated[
     pd.DataFrame,
     PlainValidator(_from_rows),
-    PlainSerializer(lambda frame: frame.to_dict("records"), return_type=list),
+    PlainSerializer(records, return_type=list),
 ]
 """A frame that is a list of its rows in JSON, each with the names of the columns."""
 

@@ -183,12 +183,16 @@ def trial_row(scenario: Scenario, trial: Trial, outcome: Outcome | None) -> Reco
     }
 
 
-_NO_PLAN = {"planner": "", "is_feasible": False} | dict.fromkeys(
+_NO_PLAN: Record = dict.fromkeys(
     ("predicted_offset", "predicted_miss", "std_along", "std_across", "clear_entry_probability"), math.nan
 )
-_NO_OUTCOME = {"status": LOST, "is_caught": False, "is_slack": False, "entered_clear": False, "limits_hit": ()}
-_NO_OUTCOME |= dict.fromkeys(("landing_along", "landing_across", "along", "lateral", "miss"), math.nan)
-_NO_OUTCOME |= dict.fromkeys(("entry_angle", "slack", "peak_load", "peak_speed"), math.nan)
+_NO_PLAN |= {"planner": "", "is_feasible": False}
+_NO_OUTCOME: Record = dict.fromkeys(
+    ("landing_along", "landing_across", "along", "lateral", "miss", "entry_angle", "slack"), math.nan
+)
+_NO_OUTCOME |= dict.fromkeys(("peak_load", "peak_speed"), math.nan)
+_NO_OUTCOME |= dict.fromkeys(("is_caught", "is_slack", "entered_clear"), False)
+_NO_OUTCOME |= {"status": LOST, "limits_hit": ()}
 
 
 def _predicted(plan: Plan, cup: Polar) -> Record:

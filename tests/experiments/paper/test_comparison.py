@@ -56,7 +56,9 @@ def test_rows_are_errors_on_the_test_casts(found, parts, casts):
 
 def test_rows_know_the_validation_error_too(found, parts):
     residuals = parts.train.landing.mean() - parts.validation.landing
-    assert found.row("constant")["validation_rmse"] == pytest.approx(np.sqrt(np.mean(residuals**2)), rel=1e-12)
+    assert found.row("constant")["validation_rmse"] == pytest.approx(
+        np.sqrt(np.mean(residuals**2)), rel=1e-12
+    )
 
 
 def test_test_landings_are_predicted_by_the_model_of_all_sigmas(found, parts, ard):

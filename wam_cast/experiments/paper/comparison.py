@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from wam_cast.cast import PARAMETERS, cast_bounds
-from wam_cast.experiments.frames import Record, Result, Rows, Values
+from wam_cast.experiments.frames import Record, Result, Rows, Values, records
 from wam_cast.experiments.paper import baselines
 from wam_cast.experiments.paper.selection import Selection, make_estimator
 from wam_cast.experiments.paper.settings import OnProgress
@@ -76,8 +76,8 @@ class Comparison(Result):
 
     def row(self, name: str) -> Record:
         """Return the row of that name."""
-        (row,) = self.rows[self.rows["name"] == name].to_dict("records")
-        return {str(column): value for column, value in row.items()}
+        (row,) = records(self.rows[self.rows["name"] == name])
+        return row
 
 
 @dataclass(frozen=True)

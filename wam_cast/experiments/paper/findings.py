@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from wam_cast.experiments.frames import Record, Result, Rows, Values, to_plain
+from wam_cast.experiments.frames import Record, Result, Rows, Values, records, to_plain
 from wam_cast.experiments.paper.comparison import Comparison
 from wam_cast.experiments.paper.landing_map import LandingMap
 from wam_cast.experiments.paper.learning_curves import LearningCurves
@@ -20,6 +20,10 @@ from wam_cast.experiments.trials import failures, hits
 from wam_cast.learning.dataset import CastDataset
 from wam_cast.learning.parts import Parts
 from wam_cast.scenario import Scenario
+
+TRIAL = ["cup", "distance", "speed", "wait", "is_feasible", "predicted_offset", "predicted_miss"]
+TRIAL += ["executed_offset", "executed_across", "executed_miss", "entry_angle", "status", "limits_hit"]
+"""What `results.json` holds of each trial."""
 
 TEST_ROWS = (
     "isotropic",
@@ -171,14 +175,9 @@ def summarize(trials: pd.DataFrame, scenario: Scenario) -> dict[str, Any]:
 
 def _trial_records(trials: pd.DataFrame) -> list[Record]:
     """Return the trials as they stand in `results.json`, offsets along the casting plane counted from the cup's middle [m]."""
-    plan = trials[["radius", "distance", "speed", "wait", "is_feasible", "predicted_offset", "predicted_miss"]]
-    executed = trials[["entry_angle", "status", "limits_hit"]]
-    table = plan.rename(columns={"radius": "cup"}).assign(
-        executed_offset=trials["landing_along"] - trials["radius"],
-        executed_across=trials["landing_across"],
-        executed_miss=trials["miss"],
-    )
-    return list(table.join(executed).to_dict("records"))
+    names = {"radius": "cup", "landing_across": "executed_across", "miss": "executed_miss"}
+    offset = trials["landing_along"] - trials["radius"]
+    return records(trials.rename(columns=names).assign(executed_offset=offset)[TRIAL])
 
 
 def clear_radius(scenario: Scenario) -> float:

@@ -44,8 +44,8 @@ class NoiseStudy(Result):
     test_floor
         Root mean square of the same difference along the casting plane over the test casts [m]: what no model can predict.
     models
-        A row a model, fitted to noisy casts or to others: its `label`, `sigma` and `regularization`, `test_rmse` on noisy test casts
-        with its bootstrap interval, and `noise_free_rmse` against landings without noise [m].
+        A row a model, fitted to noisy casts or to others: its `label`, `sigma` and `regularization`, `test_rmse` on noisy test
+        casts with its bootstrap interval, and `noise_free_rmse` against landings without noise [m].
     regularization_curve
         On noisy casts, an error curve as of `Selection`.
     executions
@@ -78,7 +78,8 @@ def study_noise(
     that suit casts without noise.
     """
     scenario = settings.noisy_scenario
-    report(0, 2 * (len(PLANNERS) + 1) * settings.n_cups)  # what `plan_and_execute` will report, after the models
+    # What `plan_and_execute` will report, after the models.
+    report(0, 2 * (len(PLANNERS) + 1) * settings.n_cups)
     parts = split_casts(noisy)
     chosen = select_per_parameter(scenario, parts)
     curve = regularization_curve(scenario, parts, chosen.sigma)
@@ -142,7 +143,9 @@ def _measure(
                 "sigma": parameters.sigma,
                 "regularization": parameters.regularization,
                 "test_rmse": rmse(residuals),
-                "test_rmse_interval": rmse_interval(residuals, derived_seed(settings.seed, Purpose.BOOTSTRAP)),
+                "test_rmse_interval": rmse_interval(
+                    residuals, derived_seed(settings.seed, Purpose.BOOTSTRAP)
+                ),
                 "noise_free_rmse": rmse(model.predict(clean.validation.X) - clean.validation.landing),
             }
         )

@@ -161,12 +161,12 @@ def _performance(findings: Findings) -> Figure:
 
 def _draw_execution(axes: Axes, label: str, trials: pd.DataFrame, scenario: Scenario) -> None:
     # A ball may miss sideways too: the distance has the sign of its part along the casting plane.
-    executed = np.copysign(trials["miss"], trials["landing_along"] - trials["radius"])
+    executed = np.copysign(trials["miss"].to_numpy(), (trials["landing_along"] - trials["radius"]).to_numpy())
     draw_performance(
         axes,
         trials["radius"].to_numpy(),
         trials["predicted_offset"].to_numpy(),
-        executed.to_numpy(),
+        executed,
         trials["status"].tolist(),
         cup_radius=scenario.cup.inner_radius,
         ball_radius=scenario.ball.radius,

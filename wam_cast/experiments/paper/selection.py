@@ -102,9 +102,7 @@ def select_models(scenario: Scenario, parts: Parts, report: OnProgress) -> Selec
         sigma_curve=sigma_curve,
         regularization_curve=regularization_curve,
         papers_curve=papers_curve,
-        descents=tuple(
-            pd.DataFrame({"x": tuned.sigma_path, "rmse": tuned.rmse_path}) for tuned in descents
-        ),
+        descents=tuple(pd.DataFrame({"x": tuned.sigma_path, "rmse": tuned.rmse_path}) for tuned in descents),
     )
 
 

@@ -119,4 +119,3 @@ class Settings:
             "n_repeats": self.n_repeats,
             "versions": self.versions,
         }
-

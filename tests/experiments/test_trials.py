@@ -1,4 +1,4 @@
-"""Trials: where cups are drawn, how often they are hit, and whether a ball entered clear."""
+"""Trials: where cups are drawn, how often they are hit, and whether a ball entered rim-clear."""
 
 import math
 from types import SimpleNamespace

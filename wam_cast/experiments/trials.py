@@ -8,8 +8,8 @@ noise_seed              what draws its noise
 is_feasible             as of the `Plan`; like all that is predicted it is missing (False, nan) where a cast has no plan
 predicted_offset        where the ball is expected, outward from the cup's axis [m]
 predicted_miss          its distance from there [m]
-std_along, std_across    predictive standard deviation of the landing [m]
-clear_entry_probability of entering the cup without touching its rim
+std_along, std_across   predictive standard deviation of the landing [m]
+clear_entry_probability     of entering the cup without touching its rim
 status, is_caught       a value of `Status`, or `LOST` if the process did not survive; what follows is then missing
 landing_along, landing_across       where the ball came down, in the casting plane's axes [m]
 along, lateral          the same from the cup's axis: outward, and to the left as seen from the base axis [m]

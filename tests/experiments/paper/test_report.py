@@ -195,7 +195,10 @@ def test_the_papers_polynomial_is_judged_by_the_numbers_beside_it(write, mean, c
 @pytest.mark.parametrize(
     ("errors", "words"),
     [
-        ([0.003, 0.002, 0.0017, 0.005, 0.019], "explain some of its 2.24 cm: ours errs by 1.90 cm at 1."),
+        (
+            [0.003, 0.002, 0.0017, 0.005, 0.019],
+            "explain some of its 2.24 cm: ours errs by 1.90 cm with a lambda of 1.",
+        ),
         ([0.003, 0.002, 0.0017, 0.005, 0.03], "explain all of its 2.24 cm"),
         ([0.003, 0.002, 0.0017, 0.002, 0.0021], None),
         ([None, 0.002, 0.0017, 0.002, None], None),

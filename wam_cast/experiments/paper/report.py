@@ -44,13 +44,13 @@ FAILURES: dict[str, str] = {
 """Kinds of failure in words."""
 
 
-FAST = 0.7
+FAST_SPEED = 0.7
 """Mean speed of a move [m/s] beyond which the report counts it as fast."""
 
-EDGE = 0.05
+EDGE_SHARE = 0.05
 """Share of a parameter's range that the report counts as its edge."""
 
-ALIKE = 1.2
+ALIKE_FACTOR = 1.2
 """Errors that differ by no more than this factor are called alike."""
 
 
@@ -107,9 +107,9 @@ def render_markdown(results: Record, settings: Settings, folder: Path) -> str:
         explain=lambda trial, others: explain(trial, scenario, others),
         worst=worst_casts(results["comparison"]["held_out"], scenario),
         learning=least_errors(results["learning_curves"]),
-        fast=FAST,
-        edge=EDGE,
-        alike=ALIKE,
+        fast=FAST_SPEED,
+        edge=EDGE_SHARE,
+        alike=ALIKE_FACTOR,
     )
 
 
@@ -119,8 +119,8 @@ def worst_casts(held_out: Record, scenario: Scenario) -> dict[str, float]:
     worst = np.argsort(error)[len(error) - round(held_out["worst"] * len(error)) :]
     lower, upper = cast_bounds(scenario)
     places = (np.column_stack([held_out[name] for name in PARAMETERS]) - lower) / (upper - lower)
-    is_fast = np.array(held_out["speed"]) > FAST
-    is_at_edge = np.any((places < EDGE) | (places > 1 - EDGE), axis=1)
+    is_fast = np.array(held_out["speed"]) > FAST_SPEED
+    is_at_edge = np.any((places < EDGE_SHARE) | (places > 1 - EDGE_SHARE), axis=1)
     return {
         "fast": float(np.mean(is_fast[worst])),
         "all_fast": float(np.mean(is_fast)),
@@ -132,14 +132,14 @@ def least_errors(learning_curves: Record) -> Record:
     """Return what the learning curves say.
 
     `least`: the estimators that have the least median error at some size, each with those sizes; `alike`: those whose error with
-    all casts is within `ALIKE` of the least.
+    all casts is within `ALIKE_FACTOR` of the least.
     """
     sizes = learning_curves["n_train"]
     curves = {label: band["median"] for label, band in learning_curves["curves"].items()}
     least: dict[str, list[int]] = {}
     for i, size in enumerate(sizes):
         least.setdefault(min(curves, key=lambda label: curves[label][i]), []).append(size)
-    bound = ALIKE * min(median[-1] for median in curves.values())
+    bound = ALIKE_FACTOR * min(median[-1] for median in curves.values())
     return {"least": least, "alike": [label for label, median in curves.items() if median[-1] <= bound]}
 
 

@@ -248,8 +248,8 @@ def test_the_learning_curves_say_who_errs_least_and_who_is_alike(write):
         }
 
     markdown = write(change)
-    assert "least median error is that of B with 25 and 50 casts; A with 100 casts." in markdown
-    assert "With all casts A and B are alike" in markdown
+    assert "estimator of least median error: B with 25 and 50 casts; A with 100 casts." in markdown
+    assert "With all casts 2 estimators are alike, within 20 % of the least error: A; B." in markdown
     assert "are alike" not in write(lambda c: (change(c), c["learning_curves"]["curves"].pop("B")))
 
 

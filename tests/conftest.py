@@ -86,7 +86,7 @@ def floor_without_physics(monkeypatch):
     cup is nearer than 0.9 m. Returns what was planned and what was cast.
     """
     # Most tests need none of what these import.
-    from wam_cast.experiments import floor_map
+    from wam_cast.experiments import floor_map, trials
     from wam_cast.planning.landing_distribution import Spread
     from wam_cast.planning.plan import Plan
     from wam_cast.simulation.outcome import Status
@@ -124,14 +124,27 @@ def floor_without_physics(monkeypatch):
         status = Status.CAUGHT if radius < 0.9 else Status.LONG
         if one.bearing < bearing_limits()[0] + 0.05:
             landing, status = np.full(2, np.nan), Status.NEVER_CROSSED
-        return SimpleNamespace(status=status, landing=landing, miss=float(np.linalg.norm(landing - cup)))
+        return SimpleNamespace(
+            status=status,
+            is_caught=status is Status.CAUGHT,
+            landing=landing,
+            landing_along=radius + 0.003 + noise,
+            landing_across=0.002,
+            miss=float(np.linalg.norm(landing - cup)),
+            entry_angle=0.1,
+            is_slack=True,
+            slack=0.02,
+            peak_load=np.full(7, 0.5),
+            peak_speed=np.full(7, 0.5),
+            limits_hit=(),
+        )
 
     def inline(function, rows, *_):
         yield from map(function, rows)
 
     monkeypatch.setattr(floor_map, "plan_cast", plan)
-    monkeypatch.setattr(floor_map, "simulate_cast", simulate)
-    monkeypatch.setattr(floor_map, "run_rows", inline)
+    monkeypatch.setattr(trials, "simulate_cast", simulate)
+    monkeypatch.setattr(trials, "run_rows", inline)
     return SimpleNamespace(planned=planned, cast=cast)
 
 

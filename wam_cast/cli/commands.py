@@ -250,7 +250,7 @@ def map_(
         )
     write_floor_picture(floor, picture)
     if as_json:
-        print_json({"picture": str(picture), **floor.model_dump()})
+        print_json({"picture": str(picture), **floor.record()})
     else:
         tables.print_map(floor, picture)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
@@ -13,7 +13,7 @@ from wam_cast.cli.terminal import out
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from wam_cast.experiments.floor_map import FloorMap, Scatter
+    from wam_cast.experiments.floor_map import FloorMap
     from wam_cast.experiments.paper.findings import Findings
     from wam_cast.learning.forward_model import ForwardModel
     from wam_cast.planning.plan import Plan
@@ -150,15 +150,16 @@ def print_map(floor: FloorMap, picture: Path) -> None:
         "caught",
         "interval\n\n[%]",
     )
-    for ring in floor.rings:
-        low, high = ring.hit_interval
+    record = floor.record()
+    for ring in record["rings"]:
+        low, high = ring["hit_interval"]
         table.add_row(
-            f"{ring.radius:.3f}",
-            _offset(ring.predicted_along, ring.predicted_spread[0]),
-            _scatter(ring.along),
-            _scatter(ring.lateral),
-            f"{100 * ring.clear_entry_probability:.1f}",
-            f"{ring.n_caught}/{ring.n_casts}",
+            f"{ring['radius']:.3f}",
+            _offset(ring["predicted_along"], ring["predicted_spread"][0]),
+            _scatter(ring["along"]),
+            _scatter(ring["lateral"]),
+            f"{100 * ring['clear_entry_probability']:.1f}",
+            f"{ring['n_caught']}/{ring['n_casts']}",
             f"{100 * low:.0f}-{100 * high:.0f}",
         )
     out.print(table)
@@ -168,16 +169,15 @@ def print_map(floor: FloorMap, picture: Path) -> None:
     out.print(
         "in brackets: standard deviation; clear: probability of a rim-clear entry (without touching the rim)"
     )
-    for ring in floor.rings:
-        if not ring.is_feasible:
-            out.print(f"cup {ring.radius:.3f}: no cast is predicted to land in it")
-    out.print(f"{floor.n_caught} of {floor.n_casts} caught; the map is in {picture}")
+    for ring in record["rings"]:
+        if not ring["is_feasible"]:
+            out.print(f"cup {ring['radius']:.3f}: no cast is predicted to land in it")
+    out.print(f"{record['n_caught']} of {record['n_casts']} caught; the map is in {picture}")
 
 
-def _scatter(scatter: Scatter) -> str:
-    if scatter.mean is None or scatter.std is None:
-        return "-"
-    return _offset(scatter.mean, scatter.std)
+def _scatter(offsets: Mapping[str, float | None]) -> str:
+    mean, std = offsets["mean"], offsets["std"]
+    return "-" if mean is None or std is None else _offset(mean, std)
 
 
 def _offset(mean: float, std: float) -> str:

@@ -52,12 +52,12 @@ def test_bands_are_over_subsets_of_each_size_measured_on_the_validation_casts(no
     )
     band = found.curves["mean"]
     for seen, expected in (
-        (band.median, np.median(errors, axis=0)),
-        (band.low, errors.min(axis=0)),
-        (band.high, errors.max(axis=0)),
+        (band["median"], np.median(errors, axis=0)),
+        (band["low"], errors.min(axis=0)),
+        (band["high"], errors.max(axis=0)),
     ):
         np.testing.assert_allclose(seen, expected, rtol=1e-12)
-    assert band.low[0] < band.median[0] < band.high[0]
+    assert band["low"][0] < band["median"][0] < band["high"][0]
     # The largest first; a repeat's smaller subset is in its larger one, and no two repeats have the same.
     assert [len(casts) for casts in fitted] == [65] + 4 * [40] + 4 * [10]
     assert all(small < large for small, large in zip(fitted[5:], fitted[1:5], strict=True))

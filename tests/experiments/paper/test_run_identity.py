@@ -46,7 +46,7 @@ def test_another_run_is_refused(tmp_path, settings, other, difference):
     ("value", "other", "name"),
     [
         ('"drake": "', '"drake": "0.', r"versions\.drake"),
-        ('"code": "', '"code": "0', "code"),
+        ('"wam_cast": "', '"wam_cast": "0', r"versions\.wam_cast"),
         ('"fingerprint": "', '"fingerprint": "0', "fingerprint"),
     ],
 )

@@ -13,7 +13,8 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from wam_cast.learning.forward_model import ForwardModel, reference_model
+from wam_cast.learning.forward_model import ForwardModel
+from wam_cast.learning.reference import reference_model
 from wam_cast.parallel.workers import Workers
 from wam_cast.scenario import Scenario
 from wam_cast.storage.dataset_directory import current_versions

@@ -23,12 +23,13 @@ from wam_cast.cast import PARAMETERS, cast_bounds
 from wam_cast.experiments.statistics import coverage, rmse, wilson_interval
 from wam_cast.experiments.trials import Trial, draw_cups, entered_clear, execute
 from wam_cast.learning.dataset import generate_dataset
-from wam_cast.learning.forward_model import ForwardModel, reference_model
+from wam_cast.learning.forward_model import ForwardModel
 from wam_cast.learning.kernel_ridge import KernelRidge
-from wam_cast.learning.parts import OUTPUTS
+from wam_cast.learning.reference import reference_model
 from wam_cast.parallel.seeds import Purpose, derived_seed
 from wam_cast.parallel.workers import Workers
 from wam_cast.planning.plan import METHODS, plan_cast
+from wam_cast.planning.prediction import OUTPUTS
 from wam_cast.planning.reach import Reach
 from wam_cast.scenario import Noise, Scenario
 from wam_cast.types import Array

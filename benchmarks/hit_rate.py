@@ -23,7 +23,8 @@ from rich.table import Table
 from wam_cast.cast import Cast
 from wam_cast.casting_plane import to_polar
 from wam_cast.experiments.trials import Hits, Trial, draw_cups, execute, summarize
-from wam_cast.learning.forward_model import ForwardModel, reference_model
+from wam_cast.learning.forward_model import ForwardModel
+from wam_cast.learning.reference import reference_model
 from wam_cast.parallel.seeds import Purpose, derived_seed
 from wam_cast.parallel.workers import Workers
 from wam_cast.planning.plan import METHODS, Method, plan_cast

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from wam_cast.learning.dataset import CastDataset as CastDataset
     from wam_cast.learning.dataset import generate_dataset as generate_dataset
     from wam_cast.learning.forward_model import ForwardModel as ForwardModel
-    from wam_cast.learning.forward_model import reference_dataset as reference_dataset
-    from wam_cast.learning.forward_model import reference_model as reference_model
     from wam_cast.learning.kernel_ridge import KernelRidge as KernelRidge
+    from wam_cast.learning.reference import reference_dataset as reference_dataset
+    from wam_cast.learning.reference import reference_model as reference_model
     from wam_cast.planning.plan import Plan as Plan
     from wam_cast.planning.plan import plan_cast as plan_cast
     from wam_cast.planning.solution import Solution as Solution
@@ -54,8 +54,8 @@ _HOME = {
     "Throw": "simulation.recording",
     "generate_dataset": "learning.dataset",
     "plan_cast": "planning.plan",
-    "reference_dataset": "learning.forward_model",
-    "reference_model": "learning.forward_model",
+    "reference_dataset": "learning.reference",
+    "reference_model": "learning.reference",
     "reproduce": "experiments.paper.reproduce",
     "simulate_cast": "simulation.simulate",
     "simulate_casts": "simulation.simulate",

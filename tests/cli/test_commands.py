@@ -11,7 +11,7 @@ import pytest
 
 import wam_cast as wc
 from wam_cast.cli import models
-from wam_cast.learning.forward_model import reference_model
+from wam_cast.learning.reference import reference_model
 from wam_cast.planning.solution import SOLVERS
 from wam_cast.scenario import Noise
 from wam_cast.simulation.outcome import Status

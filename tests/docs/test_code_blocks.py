@@ -175,9 +175,9 @@ def test_shell_runs(page, folder, run):
         if first.get(line, page) is not page:
             continue
         code, printed = run(CHEAPER.get(line, line))
-        foretold = re.search(r"exit code (\d+)", comment)
+        declared = re.search(r"exit code (\d+)", comment)
         # A model of a few casts may miss.
-        allowed = {int(foretold[1])} if foretold else {0, 1} if re.search("--scenario|--model", line) else {0}
+        allowed = {int(declared[1])} if declared else {0, 1} if re.search("--scenario|--model", line) else {0}
         assert code in allowed, f"{line}\nended with {code}:\n{printed}"
         for file in re.findall(r"--(?:replay|picture|graph|out) (\S+)", line) if line not in CHEAPER else []:
             assert (folder / file).exists(), f"{line}\ndid not write {file}"

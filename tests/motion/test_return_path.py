@@ -139,7 +139,7 @@ def test_limit_met_on_the_way_home_is_told_apart_from_the_casts():
 @pytest.mark.slow
 @pytest.mark.parametrize("restitution", [0.25, 0.6])
 def test_swing_that_the_return_leaves_is_small_over_the_whole_reach(restitution):
-    from wam_cast.learning.forward_model import reference_model
+    from wam_cast.learning.reference import reference_model
     from wam_cast.planning.plan import plan_cast
 
     simulator = CastSimulator(Scenario.from_dict({"cup": {"restitution": restitution}}))

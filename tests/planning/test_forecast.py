@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from wam_cast.learning.forward_model import reference_model
+from wam_cast.learning.reference import reference_model
 from wam_cast.planning.forecast import Prediction
 from wam_cast.planning.landing_distribution import clear_entry_probability, landing_spread
 from wam_cast.planning.plan import plan_cast

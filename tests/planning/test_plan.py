@@ -11,7 +11,7 @@ from wam_cast.arm_model import bearing_limits
 from wam_cast.cast import is_allowed
 from wam_cast.casting_plane import to_casting_plane
 from wam_cast.errors import InputError
-from wam_cast.learning.forward_model import reference_model
+from wam_cast.learning.reference import reference_model
 from wam_cast.planning.gradient_descent import plan_by_gradient_descent
 from wam_cast.planning.plan import METHODS, plan_cast
 from wam_cast.planning.program import plan_by_program

@@ -189,7 +189,7 @@ def test_controller_that_is_not_told_where_it_starts_cannot_go_on(limp):
 @pytest.mark.slow
 @pytest.mark.parametrize("restitution", [0.25, 0.6])
 def test_order_of_cups_over_the_whole_reach_changes_no_landing_much(restitution):
-    from wam_cast.learning.forward_model import reference_model
+    from wam_cast.learning.reference import reference_model
     from wam_cast.planning.plan import plan_cast
 
     simulator = CastSimulator(Scenario.from_dict({"cup": {"restitution": restitution}}))

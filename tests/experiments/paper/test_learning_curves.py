@@ -11,7 +11,8 @@ import wam_cast as wc
 from wam_cast.cast import cast_bounds
 from wam_cast.experiments.paper import learning_curves
 from wam_cast.experiments.paper.learning_curves import SelfTunedKernelRidge, learn_with_fewer_casts
-from wam_cast.learning.leave_one_out import tune_by_leave_one_out
+from wam_cast.learning.hyperparameters import tune_by_lbfgs
+from wam_cast.learning.losses import LeaveOneOutLoss
 from wam_cast.learning.parts import split_casts
 from wam_cast.parallel.seeds import Purpose, derived_seed
 from wam_cast.parallel.workers import Workers
@@ -76,7 +77,8 @@ def test_what_tunes_itself_is_an_estimator(parts, n_sigmas):
         after = one.get_params()
         assert after["n_sigmas"] == n_sigmas
         np.testing.assert_array_equal(after["bounds"], before["bounds"])
-    tuned = tune_by_leave_one_out(X, y, sigma0=0.5 if n_sigmas == 1 else [0.5] * 3, input_bounds=BOUNDS)
+    loss = LeaveOneOutLoss(X, y, input_bounds=BOUNDS)
+    tuned = tune_by_lbfgs(loss, sigma0=0.5 if n_sigmas == 1 else [0.5] * 3)
     assert np.size(model.model_.sigma) == n_sigmas
     np.testing.assert_array_equal(model.model_.sigma, tuned.sigma)
     assert model.model_.regularization == tuned.regularization

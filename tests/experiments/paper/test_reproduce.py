@@ -15,7 +15,8 @@ from wam_cast.experiments.paper import comparison, selection
 from wam_cast.experiments.paper import reproduce as run
 from wam_cast.experiments.paper.findings import TEST_ROWS
 from wam_cast.experiments.paper.report_figures import CAPTIONS
-from wam_cast.learning.parts import OUTPUTS, Parts
+from wam_cast.learning.parts import Parts
+from wam_cast.planning.prediction import OUTPUTS
 
 
 @pytest.fixture

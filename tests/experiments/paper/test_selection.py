@@ -19,7 +19,7 @@ def parts(casts):
 
 def validation_rmse(parts, sigma, regularization, unit=1.0):
     """Return what the model errs on the validation casts, with inputs divided by `unit`."""
-    (X, _), y = parts.train, parts.train.landing
+    X, y = parts.train.X, parts.train.landing
     model = KernelRidge(kernel="rbf", gamma=sigma**-2, alpha=regularization).fit(X / unit, y - y.mean())
     residuals = model.predict(parts.validation.X / unit) + y.mean() - parts.validation.landing
     return np.sqrt(np.mean(residuals**2))

@@ -22,8 +22,9 @@ from wam_cast.experiments.paper.results import Band, LearningCurves, floats
 from wam_cast.experiments.paper.settings import OnProgress
 from wam_cast.experiments.statistics import rmse
 from wam_cast.learning.forward_model import START_SIGMA
+from wam_cast.learning.hyperparameters import tune_by_lbfgs
 from wam_cast.learning.kernel_ridge import KernelRidge
-from wam_cast.learning.leave_one_out import tune_by_leave_one_out
+from wam_cast.learning.losses import LeaveOneOutLoss
 from wam_cast.learning.parts import Part, Parts
 from wam_cast.parallel.seeds import Purpose, derived_seed
 from wam_cast.parallel.threads import one_thread
@@ -128,7 +129,7 @@ class SelfTunedKernelRidge(RegressorMixin, BaseEstimator):
     def fit(self, X: Array, y: Array) -> Self:
         """Choose on the training data, and fit to it."""
         sigma0 = START_SIGMA if self.n_sigmas == 1 else [START_SIGMA] * self.n_sigmas
-        tuned = tune_by_leave_one_out(X, y, sigma0=sigma0, input_bounds=self.bounds)
+        tuned = tune_by_lbfgs(LeaveOneOutLoss(X, y, input_bounds=self.bounds), sigma0=sigma0)
         self.model_ = KernelRidge(
             sigma=tuned.sigma, regularization=tuned.regularization, input_bounds=self.bounds
         ).fit(X, y)

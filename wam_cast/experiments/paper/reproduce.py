@@ -185,7 +185,7 @@ class _Run:
 
 def describe_samples(data: CastDataset, parts: Parts) -> Samples:
     """Return counts of a dataset, and its training casts."""
-    X, y = parts.train
+    X, y, _ = parts.train
     train, _, _ = data.split()
     frame = data.frame.iloc[train]
     return Samples(

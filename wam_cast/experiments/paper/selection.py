@@ -19,10 +19,10 @@ from wam_cast.experiments.paper.results import (
 from wam_cast.experiments.paper.settings import OnProgress
 from wam_cast.experiments.statistics import rmse
 from wam_cast.learning.forward_model import START_SIGMA, tune_model
+from wam_cast.learning.hyperparameters import TuningResult, tune_by_descent, tune_by_lbfgs
 from wam_cast.learning.kernel_ridge import KernelRidge
-from wam_cast.learning.leave_one_out import tune_by_leave_one_out
+from wam_cast.learning.losses import LeaveOneOutLoss, ValidationLoss
 from wam_cast.learning.parts import Parts
-from wam_cast.learning.tuning import TuningResult, tune_sigma
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array
 
@@ -100,20 +100,15 @@ class _Errors:
         self._train, self._validation = parts.train, parts.validation
 
     def by_leave_one_out(self) -> TuningResult:
-        return tune_by_leave_one_out(
-            self._train.X, self._train.landing, sigma0=START_SIGMA, input_bounds=self._bounds
-        )
+        loss = LeaveOneOutLoss(self._train.X, self._train.landing, input_bounds=self._bounds)
+        return tune_by_lbfgs(loss, sigma0=START_SIGMA)
 
     def by_validation(self, sigma0: float, regularization: float) -> TuningResult:
-        return tune_sigma(
-            self._train.X,
-            self._train.landing,
-            self._validation.X,
-            self._validation.landing,
-            sigma0=sigma0,
-            regularization=regularization,
-            input_bounds=self._bounds,
+        train, validation = self._train, self._validation
+        loss = ValidationLoss(
+            train.X, train.landing, validation.X, validation.landing, input_bounds=self._bounds
         )
+        return tune_by_descent(loss, sigma0=sigma0, regularization=regularization)
 
     def evaluate(self, sigma: float | Array, regularization: float) -> tuple[float, float]:
         """Return the leave-one-out RMSE and the validation RMSE [m]; nan if the kernel matrix is singular."""

@@ -2,6 +2,7 @@
 
 import math
 import shutil
+import sys
 from concurrent.futures import Executor, Future
 from types import SimpleNamespace
 
@@ -16,6 +17,35 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 SOFTWARE_GRAPHICS = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 """WebGL without a graphics card."""
 
+WORK = """
+import os
+import time
+
+def process(row):
+    return os.getpid()
+
+def process_or_death(row):
+    if row < 0:
+        os._exit(7)
+    return os.getpid()
+
+def sleep(row):
+    time.sleep(row)
+
+def square(row):
+    if row in (3, 11):
+        os._exit(7)
+    if row == 100:
+        raise ZeroDivisionError("row 100")
+    return row * row
+
+def row_or_death(scenario, seed, row):
+    if row == 1:
+        os._exit(7)
+    return {"cast": row, "status": "landed"}
+"""
+"""What worker processes are given to do."""
+
 
 class InlineExecutor(Executor):
     """Does the work at once: processes would take longer to start than a few casts."""
@@ -29,6 +59,17 @@ class InlineExecutor(Executor):
 @pytest.fixture
 def inline_executor():
     return InlineExecutor()
+
+
+@pytest.fixture
+def helper(tmp_path, monkeypatch):
+    """A module that worker processes can import."""
+    (tmp_path / "worker_test_helper.py").write_text(WORK)
+    monkeypatch.syspath_prepend(tmp_path)
+    import worker_test_helper
+
+    yield worker_test_helper
+    del sys.modules["worker_test_helper"]
 
 
 @pytest.fixture(scope="session")

@@ -31,9 +31,9 @@ if TYPE_CHECKING:
     from wam_cast.simulation.outcome import Status as Status
     from wam_cast.simulation.recording import CastRecording as CastRecording
     from wam_cast.simulation.recording import Throw as Throw
-    from wam_cast.simulation.simulate import simulate_cast as simulate_cast
-    from wam_cast.simulation.simulate import simulate_casts as simulate_casts
     from wam_cast.simulation.simulator import CastSimulator as CastSimulator
+    from wam_cast.simulation.simulator import simulate_cast as simulate_cast
+    from wam_cast.simulation.simulator import simulate_casts as simulate_casts
 
 _HOME = {
     "Cast": "cast",
@@ -57,8 +57,8 @@ _HOME = {
     "reference_dataset": "learning.reference",
     "reference_model": "learning.reference",
     "reproduce": "experiments.paper.reproduce",
-    "simulate_cast": "simulation.simulate",
-    "simulate_casts": "simulation.simulate",
+    "simulate_cast": "simulation.simulator",
+    "simulate_casts": "simulation.simulator",
 }
 
 __all__ = [*sorted(_HOME), "__version__"]

@@ -21,7 +21,7 @@ from wam_cast.planning.prediction import Predictor
 from wam_cast.planning.reach import Reach
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.outcome import Status
-from wam_cast.simulation.simulate import simulate_cast
+from wam_cast.simulation.simulator import simulate_cast
 
 CUP_KINDS = {"nearly inelastic": 0.25, "lively": 0.6}
 """Kinds of cups that casts are executed with, and their restitution."""

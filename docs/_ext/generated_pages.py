@@ -15,16 +15,22 @@ from wam_cast.cli.commands import app as command_line
 PACKAGE = Path(wam_cast.__file__).parent
 
 LAYERS = {
-    "base": ("Scenario and cast", ["cast", "scenario", "errors", "arm_model"]),
-    "system": ("System: the robot as a Drake diagram", ["system"]),
-    "learning": ("Learning: datasets and the forward model", ["learning"]),
+    "base": ("Base: scenario, cast and what all layers share", ["."]),
+    "parallel": ("Parallel: processes, threads and seeds", ["parallel"]),
+    "storage": ("Storage: files and directories", ["storage"]),
+    "motion": ("Motion: how the hand moves", ["motion"]),
+    "robot": ("Robot: the arm and its controller as a Drake diagram", ["robot"]),
+    "simulation": ("Simulation: from a cast to its outcome", ["simulation"]),
     "planning": ("Planning: from a cup to a cast", ["planning"]),
-    "evaluation": ("Evaluation: replays and pictures", ["evaluation"]),
-    "experiment": ("Evaluation: the paper's experiment", ["evaluation/experiment"]),
-    "figures": ("Evaluation: figures", ["evaluation/figures"]),
-    "planners": ("Evaluation: comparison of planners", ["evaluation/planners"]),
+    "learning": ("Learning: datasets and the forward model", ["learning"]),
+    "visualization": (
+        "Visualization: scenes, replays and films",
+        ["visualization", "visualization/interactive"],
+    ),
+    "figures": ("Visualization: figures", ["visualization/figures"]),
+    "experiments": ("Experiments: trials and the paper's experiment", ["experiments", "experiments/paper"]),
 }
-"""Pages of the reference: title, and the modules or folders of modules that they hold."""
+"""Pages of the reference, in the order of the imports: title, and the folders whose modules they hold."""
 
 
 def write_if_changed(path: Path, text: str) -> None:
@@ -53,10 +59,9 @@ def copy_notebooks(source: Path, target: Path) -> None:
 # ---------------------------------------------------------------- reference
 
 
-def modules_in(place: str) -> list[str]:
-    """Return the names of the modules at a place in the package: of the one that is there, or of all directly in a folder."""
-    path = PACKAGE / place
-    files = sorted(path.glob("[!_]*.py")) if path.is_dir() else [path.with_suffix(".py")]
+def modules_in(folder: str) -> list[str]:
+    """Return the names of the modules that lie directly in a folder of the package."""
+    files = sorted((PACKAGE / folder).glob("[!_]*.py"))
     return [".".join(["wam_cast", *file.relative_to(PACKAGE).with_suffix("").parts]) for file in files]
 
 
@@ -65,12 +70,12 @@ def first_line(docstring: str | None) -> str:
     return " ".join((docstring or "").split("\n\n")[0].split())
 
 
-def reference_page(title: str, places: list[str]) -> str:
+def reference_page(title: str, folders: list[str]) -> str:
     """Return a page of the reference: a section for each module."""
     sections = [
         f"## {name}\n\n```{{eval-rst}}\n.. automodule:: {name}\n```\n"
-        for place in places
-        for name in modules_in(place)
+        for folder in folders
+        for name in modules_in(folder)
     ]
     return "\n".join([f"# {title}\n", *sections])
 

@@ -23,7 +23,7 @@ from wam_cast.learning.sampling import sample_casts
 from wam_cast.planning.plan import plan_cast
 from wam_cast.planning.reach import Reach
 from wam_cast.simulation.outcome import Status
-from wam_cast.simulation.simulate import simulate_cast
+from wam_cast.simulation.simulator import simulate_cast
 
 NAMES = [
     ("gradient", "model"),
@@ -305,10 +305,10 @@ def test_progress_counts_every_row(casts):
 @pytest.mark.parametrize("name", ["n_cups", "budget", "n_casts"])
 def test_bad_numbers_are_refused(casts, name):
     unused = InOrder()
-    with pytest.raises(InputError, match=f"{name} = 0 must be a whole number, 1 or more"):
+    with pytest.raises(InputError, match=f"{name} = 0 must be an integer, 1 or more"):
         compare(**{name: 0}, executor=unused)
     assert unused.n_rows == 0
-    with pytest.raises(InputError, match="seed = -1 must be a whole number"):
+    with pytest.raises(InputError, match="seed = -1 must be an integer"):
         compare(seed=-1)
 
 

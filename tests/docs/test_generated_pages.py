@@ -2,6 +2,7 @@
 
 import importlib.util
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -12,9 +13,6 @@ from wam_cast.cli.commands import app
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = Path(wc.__file__).parent
-UNLISTED = {"files", "threads", "version"}
-"""Modules for the package's own use."""
-
 pytestmark = pytest.mark.slow
 
 
@@ -39,13 +37,19 @@ def test_every_command_and_option_is_on_the_command_lines_page(pages):
 
 def test_every_module_is_in_the_reference_once(pages):
     listed = [
-        name for _, places in pages.LAYERS.values() for place in places for name in pages.modules_in(place)
+        name
+        for _, folders in pages.LAYERS.values()
+        for folder in folders
+        for name in pages.modules_in(folder)
     ]
     files = [path.relative_to(PACKAGE).with_suffix("") for path in PACKAGE.rglob("[!_]*.py")]
-    expected = [
-        ".".join(["wam_cast", *file.parts]) for file in files if file.parts[0] not in {"cli", *UNLISTED}
-    ]
+    expected = [".".join(["wam_cast", *file.parts]) for file in files if file.parts[0] != "cli"]
     assert sorted(listed) == sorted(expected)
+
+
+def test_every_page_of_the_reference_is_in_its_contents_in_order(pages):
+    page = (ROOT / "docs" / "reference.md").read_text(encoding="utf-8")
+    assert re.findall(r"^reference/(\w+)$", page, re.MULTILINE) == list(pages.LAYERS)
 
 
 def test_every_public_name_is_in_the_table_with_what_it_is(pages):

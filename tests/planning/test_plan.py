@@ -18,7 +18,7 @@ from wam_cast.planning.program import plan_by_program
 from wam_cast.planning.reach import BEARING_MARGIN
 from wam_cast.planning.solution import LONGEST_MISS
 from wam_cast.scenario import Scenario
-from wam_cast.simulation.simulate import simulate_cast
+from wam_cast.simulation.simulator import simulate_cast
 
 BOTH = pytest.mark.parametrize("method", METHODS)
 # The same where casts are simulated, which takes its time.

@@ -28,7 +28,7 @@ from wam_cast.planning.reach import Reach
 from wam_cast.planning.solution import Solver
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.outcome import Outcome, Status
-from wam_cast.simulation.simulate import simulate_cast
+from wam_cast.simulation.simulator import simulate_cast
 
 OnProgress = Callable[[str, int, int], None]
 """Takes what is being done, how much of it is done, and how much there is."""

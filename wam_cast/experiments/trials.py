@@ -23,7 +23,7 @@ from wam_cast.planning.landing_distribution import clear_half_width, clear_offse
 from wam_cast.planning.reach import Reach
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.outcome import Outcome
-from wam_cast.simulation.simulate import simulate_cast
+from wam_cast.simulation.simulator import simulate_cast
 from wam_cast.types import Position
 
 Region = Literal["line", "floor"]

@@ -15,7 +15,7 @@ from wam_cast.learning.reference import reference_model
 from wam_cast.planning.plan import plan_cast
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.outcome import Status
-from wam_cast.simulation.simulate import simulate_cast
+from wam_cast.simulation.simulator import simulate_cast
 from wam_cast.visualization.interactive import explorer as explorer_module
 from wam_cast.visualization.interactive.explorer import CAST, FETCH, PLAN, Explorer, Prediction
 

@@ -21,7 +21,7 @@ from wam_cast.planning.plan import Method, Plan, plan_cast
 from wam_cast.planning.prediction import Predictor
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.outcome import Outcome, Status
-from wam_cast.simulation.simulate import simulate_cast
+from wam_cast.simulation.simulator import simulate_cast
 
 
 @dataclass(frozen=True)

@@ -79,13 +79,14 @@ def reproduce(
     Raises
     ------
     InputError
-        If the seed is no whole number from 0 on, the directory holds something else or a run with other settings or is in use,
+        If the seed is no integer from 0 on, the directory holds something else or a run with other settings or is in use,
         or the scenario cannot be simulated or learned.
     """
     settings = Settings.of(scenario, seed, quick)
     report = on_progress or (lambda _title, _done, _n: None)
     # One thread for each process, which also makes ill-conditioned sums the same whatever the number of processors.
-    with RunDirectory(directory, settings) as store, Workers() as workers, threadpool_limits(1):
+    store = RunDirectory(directory, settings.identity, settings.own_scenario)
+    with store, Workers() as workers, threadpool_limits(1):
         run = _Run(settings, store, executor or workers, report)
         findings = run.findings()
         with store.timed("figures"):

@@ -1,27 +1,14 @@
-"""What the command line prints: tables, JSON, progress."""
+"""What the commands print for people: tables, and below them what a table has no room for."""
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import asdict
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    SpinnerColumn,
-    TaskID,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
 from rich.table import Table
+
+from wam_cast.cli.terminal import out
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -32,117 +19,11 @@ if TYPE_CHECKING:
     from wam_cast.planning.plan import Plan
     from wam_cast.simulation.outcome import Outcome
 
-# Nothing is taken for markup: [m] is a unit, and any name may be a file's.
-out = Console(soft_wrap=True, highlight=False, markup=False, emoji=False)
-err = Console(stderr=True, soft_wrap=True, highlight=False, markup=False, emoji=False)
-
-Record = dict[str, Any]
-
-UNLIKELY = 0.5
-"""Probability of entering clear, below which a plan is worth a word."""
+LOW_RIM_CLEAR_PROBABILITY = 0.5
+"""Probability of a rim-clear entry below which a plan is remarked upon."""
 
 
-@contextmanager
-def progress(what: str, total: int | None = None) -> Iterator[Callable[[int], None]]:
-    """Show progress on standard error if that is a terminal; give the function that takes how much is done."""
-    columns = [SpinnerColumn(), TextColumn("{task.description}")]
-    if total is not None:
-        columns += [BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()]
-    with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as bar:
-        task = bar.add_task(what, total=total)
-        yield lambda done: bar.update(task, completed=done)
-
-
-@contextmanager
-def phase_progress() -> Iterator[Callable[[str, int, int], None]]:
-    """Show a bar for each phase, with its time left; give the function that takes title, how much is done, and how much there is.
-
-    If standard error is no terminal, a line tells that a phase begins.
-    """
-    columns = [TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()]
-    columns += [TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn()]
-    with Progress(*columns, console=err, disable=not err.is_terminal) as bar:
-        tasks: dict[str, TaskID] = {}
-
-        def report(title: str, done: int, total: int) -> None:
-            if title not in tasks:
-                tasks[title] = bar.add_task(title, total=total)
-                if not err.is_terminal:
-                    err.print(title)
-            bar.update(tasks[title], completed=done, total=total)
-
-        yield report
-
-
-def plan_record(plan: Plan) -> Record:
-    """Return what `plan --json` prints of a plan, in SI units."""
-    return {
-        "cup": list(plan.cup),
-        "cast": asdict(plan.cast),
-        "predicted_landing": plan.predicted_landing.tolist(),
-        "predicted_miss": plan.predicted_miss,
-        "predicted_spread": list(plan.predicted_spread),
-        "predicted_entry_angle": plan.predicted_entry_angle,
-        "predicted_entry_speed": plan.predicted_entry_speed,
-        "predicted_slack": plan.predicted_slack,
-        "predicted_peak_load": plan.predicted_peak_load,
-        "predicted_peak_speed": plan.predicted_peak_speed,
-        "clear_entry_probability": plan.clear_entry_probability,
-        "is_feasible": plan.is_feasible,
-        "planner": plan.method,
-        "n_evaluations": plan.n_evaluations,
-        "n_solutions": plan.n_solutions,
-        "reason": plan.reason,
-    }
-
-
-def throw_record(plan: Plan, outcome: Outcome) -> Record:
-    """Return what `throw --json` prints of a plan and its execution, in SI units."""
-    return {
-        **plan_record(plan),
-        "landing": outcome.landing.tolist(),
-        "miss": outcome.miss,
-        "status": outcome.status.value,
-        "is_caught": outcome.is_caught,
-        "entry_angle": outcome.entry_angle,
-        "entry_speed": outcome.entry_speed,
-        "is_slack": outcome.is_slack,
-        "slack": outcome.slack,
-        "peak_load": float(np.max(outcome.peak_load)),
-        "peak_speed": float(np.max(outcome.peak_speed)),
-        "limits_hit": list(outcome.limits_hit),
-        "return_faults": list(outcome.return_faults),
-    }
-
-
-def print_json(records: Sequence[Record], *, is_list: bool | None = None) -> None:
-    """Print one object, or a list of several; what is not a number becomes null, which JSON has a word for.
-
-    `is_list` says which it is to be whatever their number.
-    """
-
-    def clean(value: Any) -> Any:
-        if isinstance(value, dict):
-            return {key: clean(item) for key, item in value.items()}
-        if isinstance(value, list | tuple):
-            return [clean(item) for item in value]
-        return None if isinstance(value, float) and not math.isfinite(value) else value
-
-    if is_list is None:
-        is_list = len(records) != 1
-    print(json.dumps(clean(list(records) if is_list else records[0]), indent=2), flush=True)
-
-
-def print_throws(plans: Sequence[Plan], outcomes: Sequence[Outcome], as_json: bool) -> None:
-    """Print what became of the plans that were executed, the first ones: JSON, or a table."""
-    executed = list(zip(plans, outcomes, strict=False))
-    if as_json:
-        print_json([throw_record(*pair) for pair in executed], is_list=len(plans) > 1)
-    else:
-        _print_throw_table(executed)
-
-
-def _print_throw_table(executed: Sequence[tuple[Plan, Outcome]]) -> None:
+def print_throws(executed: Sequence[tuple[Plan, Outcome]]) -> None:
     """Print a row for each cup, and below it what a row has no room for."""
     table = _table("cup\n[m]", "predicted\n[m]", "executed\n[m]", "miss\n[mm]", "status")
     for plan, outcome in executed:
@@ -155,7 +36,11 @@ def _print_throw_table(executed: Sequence[tuple[Plan, Outcome]]) -> None:
     out.print(table)
     for i, (plan, outcome) in enumerate(executed, 1):
         _print_infeasible(plan)
-        _print_unlikely(plan)
+        if plan.is_feasible and plan.clear_entry_probability < LOW_RIM_CLEAR_PROBABILITY:
+            out.print(
+                f"cup {_position(plan.cup)}: enters without touching the rim in "
+                f"{100 * plan.clear_entry_probability:.0f} % of casts like this"
+            )
         if not outcome.is_caught and i < len(executed):
             out.print(f"cup {_position(plan.cup)}: missed; the next cast starts anew, from rest at home")
         if outcome.limits_hit:
@@ -166,15 +51,9 @@ def _print_throw_table(executed: Sequence[tuple[Plan, Outcome]]) -> None:
             out.print(f"cup {_position(plan.cup)}: on the way home, {', '.join(outcome.return_faults)}")
 
 
-def _print_unlikely(plan: Plan) -> None:
-    if plan.is_feasible and plan.clear_entry_probability < UNLIKELY:
-        share = f"{100 * plan.clear_entry_probability:.0f} %"
-        out.print(f"cup {_position(plan.cup)}: enters without touching the rim in {share} of casts like this")
-
-
 def print_plans(plans: Sequence[Plan]) -> None:
     """Print a row for each cup."""
-    headings = (
+    table = _table(
         "cup\n[m]",
         "distance\n[m]",
         "speed\n[m/s]",
@@ -183,7 +62,6 @@ def print_plans(plans: Sequence[Plan]) -> None:
         "predicted\nmiss [mm]",
         "clear\n[%]",
     )
-    table = _table(*headings)
     for plan in plans:
         cast = plan.cast
         table.add_row(
@@ -196,7 +74,8 @@ def print_plans(plans: Sequence[Plan]) -> None:
             f"{100 * plan.clear_entry_probability:.0f}",
         )
     out.print(table)
-    out.print("in brackets: standard deviation; clear: entering without touching the rim")
+    out.print("in brackets: predictive standard deviation")
+    out.print("clear: probability of a rim-clear entry (without touching the rim)")
     for plan in plans:
         if "against" in plan.reason:
             out.print(f"cup {_position(plan.cup)}: {plan.reason}")
@@ -210,7 +89,7 @@ def print_fit(model: ForwardModel) -> None:
     table = Table(show_header=False)
     for name, value in (
         ("training casts", str(info.n_train)),
-        ("sigma of distance, speed, wait", ", ".join(f"{sigma:.3f}" for sigma in info.sigma)),
+        ("ARD length scales (distance, speed, wait)", ", ".join(f"{sigma:.3f}" for sigma in info.sigma)),
         ("lambda", f"{info.regularization:.1e}"),
         ("leave-one-out RMSE [mm]", f"{1e3 * info.leave_one_out_rmse:.2f}"),
         ("validation RMSE [mm]", f"{1e3 * info.validation_rmse:.2f}"),
@@ -234,9 +113,9 @@ def print_findings(findings: Findings, directory: Path) -> None:
         "training, validation, test casts", f"{paper.N_TRAIN}, {paper.N_VALIDATION}, {paper.N_TEST}", casts
     )
     table.add_row(
-        "test RMSE, one sigma [cm]", f"{100 * paper.TEST_RMSE:.2f}", f"{100 * rmse['isotropic']:.2f}"
+        "test RMSE, one length scale [cm]", f"{100 * paper.TEST_RMSE:.2f}", f"{100 * rmse['isotropic']:.2f}"
     )
-    table.add_row("test RMSE, three sigmas [cm]", "-", f"{100 * rmse['ard']:.2f}")
+    table.add_row("test RMSE, ARD length scales [cm]", "-", f"{100 * rmse['ard']:.2f}")
     table.add_row(
         "test RMSE, polynomial 12 [cm]",
         f"{100 * paper.POLYNOMIAL_RMSE:.1f}",
@@ -286,7 +165,9 @@ def print_map(floor: FloorMap, picture: Path) -> None:
     out.print(
         "cup: its distance from the base axis; along: outward from its axis, lateral: to the left of it;"
     )
-    out.print("in brackets: standard deviation; clear: probability of entering without touching the rim")
+    out.print(
+        "in brackets: standard deviation; clear: probability of a rim-clear entry (without touching the rim)"
+    )
     for ring in floor.rings:
         if not ring.is_feasible:
             out.print(f"cup {ring.radius:.3f}: no cast is predicted to land in it")

@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from wam_cast.casting_plane import from_polar
 from wam_cast.experiments.floor_map import FloorMap
 from wam_cast.experiments.paper.results import to_array
-from wam_cast.visualization.figures.floor_map import draw_chances, draw_floor, draw_offsets
-from wam_cast.visualization.figures.looks import ABOVE, draw_legend
+from wam_cast.visualization.figures.floor_figures import draw_chances, draw_floor, draw_offsets
+from wam_cast.visualization.figures.plot_style import ABOVE, draw_legend
 from wam_cast.visualization.picture_files import write_figure
 from wam_cast.visualization.style import figure_style
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from wam_cast.visualization.figures.calibration import draw_calibration, draw_errors
+from wam_cast.visualization.figures.model_figures import draw_calibration, draw_errors
 
 
 def test_coverage_is_in_per_cent_beside_the_diagonal(axes, line_of, legend_of):

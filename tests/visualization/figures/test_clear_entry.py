@@ -8,7 +8,7 @@ from matplotlib.patches import Circle, Ellipse, Polygon
 
 from wam_cast.planning.landing_distribution import clear_half_width, clear_offset
 from wam_cast.scenario import Scenario
-from wam_cast.visualization.figures.clear_entry import draw_clear_entry
+from wam_cast.visualization.figures.execution_figures import draw_clear_entry
 
 ANGLE = math.radians(30)
 CUP, BALL = 0.030, 0.020

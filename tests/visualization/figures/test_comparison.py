@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from wam_cast.visualization.figures.comparison import draw_comparison, draw_polynomials
+from wam_cast.visualization.figures.estimator_figures import draw_comparison, draw_polynomials
 
 NAMES = ["kernel ridge", "polynomial", "linear"]
 RMSE = np.array([0.002, 0.217, np.nan])

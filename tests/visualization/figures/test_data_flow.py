@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from wam_cast.visualization.figures.data_flow import ARROWS, BOXES, HEIGHT, LANES, WIDTH, draw_data_flow
+from wam_cast.visualization.figures.box_diagrams import ARROWS, BOXES, HEIGHT, LANES, WIDTH, draw_data_flow
 from wam_cast.visualization.style import figure_style
 
 

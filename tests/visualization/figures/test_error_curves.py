@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from wam_cast.visualization.figures.error_curves import draw_error_curve
+from wam_cast.visualization.figures.estimator_figures import draw_error_curve
 
 SIGMA = np.array([0.1, 1.0, 10.0])
 RMSE = np.array([0.02, 0.002, np.nan])

@@ -5,7 +5,7 @@ import pytest
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 
-from wam_cast.visualization.figures.family import draw_family, draw_search, draw_wait_scale
+from wam_cast.visualization.figures.planning_figures import draw_family, draw_search, draw_wait_scale
 from wam_cast.visualization.style import figure_style
 
 DISTANCE, SPEED = np.linspace(0.1, 0.4, 31), np.linspace(0.2, 0.8, 25)

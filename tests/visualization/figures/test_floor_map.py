@@ -13,7 +13,7 @@ from wam_cast.errors import InputError
 from wam_cast.experiments.floor_map import MapSize, map_floor
 from wam_cast.experiments.floor_picture import draw_floor_picture, write_floor_picture
 from wam_cast.scenario import Noise, Scenario
-from wam_cast.visualization.figures.floor_map import draw_chances, draw_floor, draw_offsets
+from wam_cast.visualization.figures.floor_figures import draw_chances, draw_floor, draw_offsets
 from wam_cast.visualization.style import figure_style
 
 RADII, PROBABILITY = np.array([0.2, 0.6, 1.0]), np.array([0.9, 0.5, 0.1])

@@ -9,18 +9,29 @@ import pytest
 from matplotlib.colors import to_rgb
 
 from wam_cast.simulation.outcome import Status
-from wam_cast.visualization.figures.calibration import draw_calibration, draw_errors
-from wam_cast.visualization.figures.comparison import draw_comparison, draw_polynomials
-from wam_cast.visualization.figures.data_flow import draw_data_flow
-from wam_cast.visualization.figures.error_curves import draw_error_curve
-from wam_cast.visualization.figures.histograms import draw_histogram
-from wam_cast.visualization.figures.landing_map import draw_landing_map
-from wam_cast.visualization.figures.learning_curves import LearningCurve, draw_learning_curves
-from wam_cast.visualization.figures.looks import LOOKS, curve_looks
-from wam_cast.visualization.figures.noise import draw_landing_scatter
-from wam_cast.visualization.figures.parity import draw_parity, draw_residuals
-from wam_cast.visualization.figures.performance import draw_miss_distribution, draw_performance
-from wam_cast.visualization.figures.where_wrong import draw_residual_map
+from wam_cast.visualization.figures.box_diagrams import draw_data_flow
+from wam_cast.visualization.figures.estimator_figures import (
+    LearningCurve,
+    draw_comparison,
+    draw_error_curve,
+    draw_learning_curves,
+    draw_polynomials,
+)
+from wam_cast.visualization.figures.execution_figures import (
+    draw_landing_scatter,
+    draw_miss_distribution,
+    draw_performance,
+)
+from wam_cast.visualization.figures.model_figures import (
+    draw_calibration,
+    draw_errors,
+    draw_histogram,
+    draw_parity,
+    draw_residual_map,
+    draw_residuals,
+)
+from wam_cast.visualization.figures.planning_figures import draw_landing_map
+from wam_cast.visualization.figures.plot_style import CURVE_STYLES, curve_styles
 
 RNG = np.random.default_rng(0)
 NONE = np.array([])
@@ -160,14 +171,14 @@ def lightness(color):
 
 def test_looks_differ_without_colour():
     """Two curves differ in dash, and where their dashes agree, in lightness and marker."""
-    for number, one in enumerate(LOOKS):
-        for other in LOOKS[number + 1 :]:
+    for number, one in enumerate(CURVE_STYLES):
+        for other in CURVE_STYLES[number + 1 :]:
             assert one["marker"] != other["marker"]
             is_lighter = abs(lightness(one["color"]) - lightness(other["color"])) > 0.15
             assert one["linestyle"] != other["linestyle"] or is_lighter
 
 
 def test_curves_of_one_name_look_the_same_in_all_figures_and_no_two_alike():
-    looks = curve_looks(["a", "test", "b", "validation", "training", "c"])
+    looks = curve_styles(["a", "test", "b", "validation", "training", "c"])
     assert len({str(look) for look in looks.values()}) == 6
-    assert looks["test"] == curve_looks(["test"])["test"] == curve_looks(["x", "y", "z", "test"])["test"]
+    assert looks["test"] == curve_styles(["test"])["test"] == curve_styles(["x", "y", "z", "test"])["test"]

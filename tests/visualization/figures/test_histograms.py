@@ -3,7 +3,7 @@
 import numpy as np
 
 from wam_cast.learning.forward_model import reference_dataset
-from wam_cast.visualization.figures.histograms import draw_histogram
+from wam_cast.visualization.figures.model_figures import draw_histogram
 
 
 def test_every_cast_is_counted_in_the_unit_shown(axes):

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from wam_cast.cast import cast_bounds, is_allowed
 from wam_cast.learning.forward_model import reference_model
-from wam_cast.visualization.figures.landing_map import draw_landing_map, draw_landing_scale
+from wam_cast.visualization.figures.planning_figures import draw_landing_map, draw_landing_scale
 from wam_cast.visualization.style import figure_style
 
 LEVELS = np.arange(0.2, 1.11, 0.1)

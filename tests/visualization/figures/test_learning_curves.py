@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from wam_cast.visualization.figures.learning_curves import APART, LearningCurve, draw_learning_curves
+from wam_cast.visualization.figures.estimator_figures import APART, LearningCurve, draw_learning_curves
 
 N = np.array([25.0, 100.0, 1300.0])
 MEDIAN = np.array([np.nan, 0.02, 0.002])

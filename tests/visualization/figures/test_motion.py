@@ -7,7 +7,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from wam_cast.motion.stages import Stage
-from wam_cast.visualization.figures.motion import draw_motion
+from wam_cast.visualization.figures.motion_figures import draw_motion
 from wam_cast.visualization.recorded import without_turn
 from wam_cast.visualization.side_view import in_casting_plane
 from wam_cast.visualization.style import figure_style

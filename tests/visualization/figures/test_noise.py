@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from wam_cast.visualization.figures.noise import draw_landing_scatter
+from wam_cast.visualization.figures.execution_figures import draw_landing_scatter
 
 
 def test_deviations_are_in_millimetres_beside_the_room_in_the_cup(

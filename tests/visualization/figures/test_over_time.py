@@ -5,7 +5,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from wam_cast.motion.stages import Stage
-from wam_cast.visualization.figures.over_time import HOLD_SHOWN, draw_over_time
+from wam_cast.visualization.figures.motion_figures import HOLD_SHOWN, draw_over_time
 from wam_cast.visualization.recorded import without_turn
 from wam_cast.visualization.style import figure_style
 

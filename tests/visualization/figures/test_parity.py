@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from wam_cast.visualization.figures.parity import draw_parity, draw_residuals
+from wam_cast.visualization.figures.model_figures import draw_parity, draw_residuals
 
 MEASURED = np.array([0.3, 0.5, np.nan, 0.9])
 PREDICTED = np.array([0.31, 0.5, 0.6, 0.88])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from wam_cast.simulation.outcome import Status
-from wam_cast.visualization.figures.performance import MARKERS, draw_miss_distribution, draw_performance
+from wam_cast.visualization.figures.execution_figures import MARKERS, draw_miss_distribution, draw_performance
 
 CUPS = np.array([0.3, 0.5, 0.7, 0.9])
 PREDICTED = np.array([0.001, -0.002, 0.02, 0.0])

@@ -5,7 +5,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from wam_cast.scenario import Scenario
-from wam_cast.visualization.figures.robot import draw_robot, render_robot
+from wam_cast.visualization.figures.robot_figures import draw_robot, render_robot
 from wam_cast.visualization.style import figure_style
 
 Q_BENT = np.array([0.0, 1.0, 0.0, 1.3, 0.0, -0.3, 0.0])

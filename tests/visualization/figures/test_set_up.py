@@ -7,7 +7,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from wam_cast.scenario import Scenario
-from wam_cast.visualization.figures.set_up import LEFT, draw_set_up, render_set_up
+from wam_cast.visualization.figures.robot_figures import LEFT, draw_set_up, render_set_up
 from wam_cast.visualization.style import figure_style
 
 CUPS = {"ahead": (0.75, 0.0), "near and aside": (0.25, -0.2)}

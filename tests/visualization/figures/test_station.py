@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Noise, Scenario
-from wam_cast.visualization.figures.station import COLUMN, columns, connections, draw_station, lay_out
+from wam_cast.visualization.figures.box_diagrams import COLUMN, columns, connections, draw_station, lay_out
 from wam_cast.visualization.style import figure_style
 
 NOISY = Scenario(noise=Noise.typical(), arm={"coulomb_friction": 1.0})

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from wam_cast.visualization.figures.where_wrong import draw_residual_map, draw_shortest_move
+from wam_cast.visualization.figures.model_figures import draw_residual_map, draw_shortest_move
 
 X = np.array([0.1, 0.2, 0.3, 0.4])
 Y = np.array([0.5, 0.6, 0.7, 0.8])

@@ -7,9 +7,9 @@ import html
 import math
 import time
 from dataclasses import astuple
-from typing import Any
 
 import numpy as np
+from pydrake.geometry import Meshcat
 
 from wam_cast.arm_model import bearing_limits
 from wam_cast.cast import PARAMETERS, Cast, cast_bounds, checked_cup, nearest_allowed
@@ -37,7 +37,7 @@ CAST, PLAN, FETCH = "cast [C]", "plan for the cup [P]", "cup to where the ball l
 """The buttons."""
 
 PERIOD = 0.05
-"""Between two looks at the page [s]."""
+"""Polling interval of the page [s]."""
 
 ADVICE = "make one with: wam-cast generate, then wam-cast fit"
 """To whom has no model."""
@@ -106,7 +106,7 @@ class Explorer:
         return str(self._view.meshcat.web_url())
 
     @property
-    def meshcat(self) -> Any:
+    def meshcat(self) -> Meshcat:
         """The Meshcat that serves the page."""
         return self._view.meshcat
 
@@ -246,7 +246,7 @@ class Explorer:
 
 
 def _sliders(scenario: Scenario) -> dict[str, Slider]:
-    """Return the sliders by what they choose; angles in whole tenths of a degree, within the stops of joint 1."""
+    """Return the sliders by what they choose; angles in tenths of a degree, within the stops of joint 1."""
     bounds = scenario.bounds
     degrees = math.degrees(1.0)
     lowest, highest = (math.trunc(10 * degrees * limit) / 10 for limit in bearing_limits())

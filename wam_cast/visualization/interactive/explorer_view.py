@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,12 +16,19 @@ from wam_cast.planning.landing_distribution import Spread
 from wam_cast.robot.plant import make_arm_plant, starting_posture
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.recording import CastRecording
-from wam_cast.types import Array
+from wam_cast.types import Array, Position
 from wam_cast.visualization.recorded import CEILING_RADIUS, CEILING_THICKNESS, frame_moments, stage_pieces
-from wam_cast.visualization.replay import BALL_PATH_RADIUS, HAND_PATH_RADIUS, ring_points
 from wam_cast.visualization.scene import CastScene
 from wam_cast.visualization.style import STAGE_COLORS, Color, stage_name
-from wam_cast.visualization.viewer import keep, open_meshcat, place_camera, tube
+from wam_cast.visualization.viewer import (
+    BALL_PATH_RADIUS,
+    HAND_PATH_RADIUS,
+    draw_tube,
+    keep,
+    open_meshcat,
+    place_camera,
+    ring_points,
+)
 
 PREDICTED: Color = (0.95, 0.62, 0.05)
 """Of the predicted landing."""
@@ -73,7 +79,7 @@ class ExplorerView:
 
     def __init__(self, scenario: Scenario, reach: tuple[float, float] | None, farthest: float) -> None:
         self.scenario = scenario
-        self.meshcat: Any = keep(open_meshcat())
+        self.meshcat = keep(open_meshcat())
         self._scene = CastScene(scenario, None, meshcat=self.meshcat, frame_rate=FRAME_RATE)
         self._q_start = starting_posture(make_arm_plant(scenario), scenario)
         self._hand_way: float | None = None
@@ -86,7 +92,7 @@ class ExplorerView:
             self._draw_stem(name, color)
         self._draw_dots()
 
-    def show_setting(self, cast: Cast, cup: tuple[float, float]) -> None:
+    def show_setting(self, cast: Cast, cup: Position) -> None:
         """Show the arm at the start of `cast`, the hand's way to come, and the cup at world (x, y) [m]; a replay ends."""
         if self._replays:
             # What plays in the browser would move the bodies away again.
@@ -110,9 +116,8 @@ class ExplorerView:
         if spread != self._ring:
             self._ring = spread
             along, across = (self.scenario.ball.radius + N_DEVIATIONS * one for one in spread)
-            ring = tube(_ellipse(along, across), WIDTH)
             for height in ("floor", "rim"):
-                self._mesh(f"predicted/{height}", ring, PREDICTED)
+                self._draw_line(f"predicted/{height}", _ellipse(along, across), WIDTH, PREDICTED)
             self._at_rim_height("predicted/rim")
         self._mark("predicted", landing, bearing)
 
@@ -125,7 +130,7 @@ class ExplorerView:
             self._look(recording.cast.bearing)
         self._mark("executed", recording.outcome.landing, recording.cast.bearing)
         samples = [sample for _, sample in frame_moments([recording], FRAME_RATE)]
-        animation = self._record_bodies(recording, samples)
+        animation = self._scene.record((frame, recording, sample) for frame, sample in enumerate(samples))
         self.meshcat.Delete(f"{ROOT}/path")
         for stage, piece in stage_pieces(recording.stages):
             points = recording.p_WL[piece]
@@ -133,11 +138,10 @@ class ExplorerView:
             if len(points) < 2:
                 continue
             path = f"path/{stage_name(stage)}"
-            self._mesh(path, tube(points, BALL_PATH_RADIUS), STAGE_COLORS[stage])
+            self._draw_line(path, points, BALL_PATH_RADIUS, STAGE_COLORS[stage])
             ends = int(np.searchsorted(samples, piece.stop - 1))
-            animation.SetProperty(0, f"{ROOT}/{path}", "visible", False)
-            animation.SetProperty(ends, f"{ROOT}/{path}", "visible", True)
-            animation.SetProperty(len(samples) - 1, f"{ROOT}/{path}", "visible", True)
+            for frame, is_visible in ((0, False), (ends, True), (len(samples) - 1, True)):
+                animation.SetProperty(frame, f"{ROOT}/{path}", "visible", is_visible)
         self.meshcat.SetAnimation(animation)
         self._replays = True
 
@@ -150,27 +154,14 @@ class ExplorerView:
         ceiling = [[x, y, top] for x in sides for y in sides]
         place_camera(self.meshcat, np.vstack([floor, ceiling]), bearing, ELEVATION)
 
-    def _record_bodies(self, recording: CastRecording, samples: list[int]) -> Any:
-        """Return an animation of the bodies, a frame for each of `samples`, without showing it."""
-        visualizer = self._scene.visualizer
-        visualizer.DeleteRecording()
-        animation = visualizer.StartRecording(False)
-        try:
-            for frame, sample in enumerate(samples):
-                # In the frame's middle: Drake rounds down.
-                self._scene.show(recording, sample, (frame + 0.5) / FRAME_RATE)
-                self._scene.publish()
-        finally:  # or, in a notebook that was interrupted, nothing would be shown any more
-            visualizer.StopRecording()
-        return animation
-
     def _draw_floor(self, reach: tuple[float, float] | None) -> None:
         """Draw where cups can be reached, and the line in which the casting plane meets the floor."""
         if reach is not None:
             angles = np.linspace(*bearing_limits(), 96)
-            self._mesh("reach", _band(reach[0], reach[1], angles, height=0.0005), WITHIN_REACH)
-        line = tube(np.array([[0.0, 0.0, 0.0], [self._farthest, 0.0, 0.0]]), WIDTH)
-        self._mesh("plane/line", line, PLANE)
+            band = _band(reach[0], reach[1], angles, height=0.0005)
+            self.meshcat.SetTriangleMesh(f"{ROOT}/reach", *band, Rgba(*WITHIN_REACH))
+        line = np.array([[0.0, 0.0, 0.0], [self._farthest, 0.0, 0.0]])
+        self._draw_line("plane/line", line, WIDTH, PLANE)
 
     def _draw_hand_way(self, distance: float) -> None:
         """Draw the hand's way in the casting plane: out by `distance` [m], and down."""
@@ -179,7 +170,7 @@ class ExplorerView:
         high, low = motion.start_height, motion.start_height - motion.drop_distance
         corners = np.array([[near, 0, high], [far, 0, high], [far, 0, low]])
         for stage, ends in ((Stage.MOVE, corners[:2]), (Stage.DROP, corners[1:])):
-            self._mesh(f"plane/{stage_name(stage)}", tube(ends, HAND_PATH_RADIUS), STAGE_COLORS[stage])
+            self._draw_line(f"plane/{stage_name(stage)}", ends, HAND_PATH_RADIUS, STAGE_COLORS[stage])
 
     def _draw_stem(self, marker: str, color: Color) -> None:
         """Draw the line that joins a marker on the floor with its twin in the rim plane; hide the marker."""
@@ -206,11 +197,11 @@ class ExplorerView:
             self.meshcat.SetTransform(f"{ROOT}/{marker}", _placed(position, bearing))
         self.meshcat.SetProperty(f"{ROOT}/{marker}", "visible", landed)
 
-    def _mesh(self, name: str, mesh: tuple[Array, NDArray[np.int32]], color: Color) -> None:
-        self.meshcat.SetTriangleMesh(f"{ROOT}/{name}", *mesh, Rgba(*color))
+    def _draw_line(self, name: str, points: Array, radius: float, color: Color) -> None:
+        draw_tube(self.meshcat, f"{ROOT}/{name}", points, radius, color)
 
 
-def _placed(position: tuple[float, float], bearing: float) -> Any:
+def _placed(position: Position, bearing: float) -> RigidTransform:
     """Return the pose of what stands at world (x, y) [m] on the floor, its x axis at `bearing` [rad]."""
     return RigidTransform(RotationMatrix.MakeZRotation(bearing), [*position, 0.0])
 

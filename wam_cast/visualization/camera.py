@@ -23,14 +23,8 @@ MARGIN = 1.06
 def view_rotation(bearing: float, turn: float, elevation: float) -> Array:
     """Return R_WV of a camera that looks at the casting plane from its right, so that the cast goes to the picture's right.
 
-    Parameters
-    ----------
-    bearing
-        Of the casting plane [rad].
-    turn
-        How far the camera stands back of square to the plane, toward the base's side [rad].
-    elevation
-        How far it looks down [rad].
+    The plane has a `bearing`; the camera stands back of square to it by `turn`, toward the base's side, and looks down by
+    `elevation`, all in radians.
     """
     heading = bearing + math.pi / 2 - turn
     z = np.array([math.cos(heading), math.sin(heading), -math.tan(elevation)])

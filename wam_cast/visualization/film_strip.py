@@ -83,16 +83,9 @@ def choose_moments(recording: CastRecording) -> list[int]:
 def render_frames(
     recording: CastRecording, samples: Sequence[int], size: tuple[int, int] = FRAME_SIZE
 ) -> Iterator[Frame]:
-    """Render `samples` of a recording off screen, one after the other, all from one place that sees the whole cast.
+    """Render `samples` of a recording, which must be finite, off screen, all from one place that sees the whole cast.
 
-    Parameters
-    ----------
-    recording
-        What to render; its samples must be finite.
-    samples
-        Indices into it.
-    size
-        Width and height of a frame [pixels].
+    `size` is the width and height of a frame [pixels].
     """
     bearing = recording.cast.bearing
     camera = Camera.framing(points_to_show(recording), view_rotation(bearing, TURN, ELEVATION), size)
@@ -131,12 +124,7 @@ def _draw_string_on_floor(axes: Axes, frame: Frame) -> None:
 def draw_film_strip(recording: CastRecording, predicted_landing: Array | None = None) -> Figure:
     """Draw a recorded cast from the end of its turn on: its stages rendered, and the paths of ball and hand in the casting plane.
 
-    Parameters
-    ----------
-    recording
-        What to draw.
-    predicted_landing
-        World (x, y) [m] where a forward model said that the ball would land, to be marked; or none.
+    `predicted_landing`, if given, is marked: world (x, y) [m] where a forward model said that the ball would land.
     """
     recording = without_turn(finite_part(recording))
     frames = list(render_frames(recording, choose_moments(recording)))

@@ -38,16 +38,8 @@ def draw_side_view(
 ) -> None:
     """Draw the paths of ball and hand, the hand's reference, the cup to scale and the landing.
 
-    Parameters
-    ----------
-    axes
-        Where to draw.
-    recording
-        What to draw; its samples must be finite.
-    moments
-        Samples at which the ball is drawn and numbered, from 1 on.
-    predicted_landing
-        World (x, y) [m] where a forward model said that the ball would land, to be marked; or none.
+    The recording's samples must be finite. At the samples `moments` the ball is drawn and numbered, from 1 on.
+    `predicted_landing`, if given, is marked: world (x, y) [m] where a forward model said that the ball would land.
     """
     _draw_surroundings(axes, recording)
     _draw_paths(axes, recording)

@@ -73,8 +73,8 @@ def residual_map(residuals):
     )
 
 
-def landing_map(is_allowed, landing=LANDING, casts=None):
-    settings = {"is_allowed": is_allowed, "wait": 0.2, "levels": LEVELS, "casts": casts}
+def landing_map(is_allowed, landing=LANDING):
+    settings = {"is_allowed": is_allowed, "wait": 0.2, "levels": LEVELS}
     return Case(draw_landing_map, (*PLANE, landing), settings)
 
 
@@ -87,7 +87,7 @@ CASES = {
     ),
     "error curve of nan": error_curve(np.full(30, np.nan)),
     "performance": performance(
-        RNG.normal(0, 0.002, 11), np.array([*RNG.normal(0, 0.02, 10), np.nan]), STATUSES, reach=(0.26, 0.98)
+        RNG.normal(0, 0.002, 11), np.array([*RNG.normal(0, 0.02, 10), np.nan]), STATUSES
     ),
     "performance, all caught": performance(0.1 * FIVE, 0.1 * FIVE, ["caught"] * 5),
     "performance, none landed": performance(0.1 * FIVE, UNKNOWN, ["never_crossed"] * 5),
@@ -111,10 +111,10 @@ CASES = {
     "learning curves of nan": Case(
         draw_learning_curves, (FIVE, {"kernel ridge": LearningCurve(UNKNOWN, UNKNOWN, UNKNOWN)}), {"ylabel": "RMSE [cm]"}
     ),
-    "landing map": landing_map(SLOW_ENOUGH, casts=np.array([[0.3, 0.4, 0.2]])),
+    "landing map": landing_map(SLOW_ENOUGH),
     "landing map, all allowed": landing_map(np.ones_like(SLOW_ENOUGH)),
     "landing map, none allowed": landing_map(np.zeros_like(SLOW_ENOUGH)),
-    "landing map beyond its levels": landing_map(SLOW_ENOUGH, LANDING + 5, np.zeros((0, 3))),
+    "landing map beyond its levels": landing_map(SLOW_ENOUGH, LANDING + 5),
     "calibration": Case(draw_calibration, (FIVE, {"test": FIVE**2, "validation": FIVE})),
     "calibration of nan": Case(draw_calibration, (FIVE, {"test": UNKNOWN})),
     "errors": Case(draw_errors, (0.01 * FIVE, 0.01 * FIVE**2)),

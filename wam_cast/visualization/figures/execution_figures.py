@@ -16,7 +16,6 @@ from wam_cast.types import Array
 from wam_cast.visualization.figures.plot_style import (
     ABOVE,
     BESIDE,
-    CHOSEN_LINE,
     DARK,
     DOTS,
     LIGHT,
@@ -73,7 +72,6 @@ def draw_performance(
     *,
     cup_radius: float,
     ball_radius: float,
-    reach: tuple[float, float] | None = None,
 ) -> None:
     """Draw where balls were predicted to land and where they landed, over the cup's position: figure 6 of the paper.
 
@@ -88,8 +86,6 @@ def draw_performance(
         What became of the casts, values of `Status`, n of them.
     cup_radius, ball_radius
         The cup's inner radius and the ball's [m].
-    reach
-        The nearest and the farthest cup that the model plans for [m], or none.
     """
     _draw_cup(axes, cup_radius * MM, (cup_radius - ball_radius) * MM)
     axes.vlines(cups, predicted * MM, executed * MM, color=INK, linewidth=0.5, alpha=0.6)
@@ -97,8 +93,6 @@ def draw_performance(
     found = np.array([Status(status) for status in statuses])
     for status in [status for status in Status if status in statuses]:
         _draw_executed(axes, cups[found == status], executed[found == status], status)
-    for edge, name in zip(reach or (), ("reach", "_"), strict=False):
-        axes.axvline(edge, label=name, **CHOSEN_LINE)
     axes.set_xlabel("distance of the cup from the base axis [m]")
     axes.set_ylabel("signed distance from\nthe cup's middle [mm]")
     draw_legend(axes, handlelength=1.6, **BESIDE)
@@ -126,13 +120,9 @@ def _draw_executed(axes: Axes, cups: Array, executed: Array, status: Status) -> 
 
 
 def draw_miss_distribution(axes: Axes, misses: Mapping[str, Array]) -> None:
-    """Draw which share of the casts missed the cup's middle by less than so much.
+    """Draw which share of the casts missed the cup's middle by less than so much: by name, misses [m], each of shape (n,).
 
-    Parameters
-    ----------
-    misses
-        By name, how far from the cup's middle the casts landed [m], each of shape (n,). Those that are nan never landed: they
-        count, so that their curve ends below 100 %.
+    Those that are nan never landed: they count, so that their curve ends below 100 %.
     """
     for name, style in curve_styles(misses).items():
         values = np.sort(misses[name][np.isfinite(misses[name])]) * MM
@@ -147,14 +137,9 @@ def draw_miss_distribution(axes: Axes, misses: Mapping[str, Array]) -> None:
 
 
 def draw_landing_scatter(axes: Axes, along: Array, across: Array, *, clear_radius: float) -> None:
-    """Draw how far noise moved each landing.
+    """Draw how far noise moved each landing along and across the casting plane [m], each of shape (n,); nan if there was none.
 
-    Parameters
-    ----------
-    along, across
-        How far noise moved each landing along and across the casting plane [m], each of shape (n,); nan if there was none.
-    clear_radius
-        How far from the cup's middle a ball may pass without touching the rim [m].
+    Within `clear_radius` [m] of the cup's middle a ball passes without touching the rim.
     """
     axes.plot(along * MM, across * MM, label="casts", **(DOTS | {"markersize": 2.0}))
     rim = Circle((0, 0), clear_radius * MM, facecolor="none", edgecolor=MIDDLE, linewidth=1.5, zorder=4)

@@ -126,27 +126,19 @@ def draw_residual_map(axes: Axes, x: Array, y: Array, residuals: Array, *, xlabe
     axes.set(xlabel=xlabel, ylabel=ylabel)
 
 
-def draw_shortest_move(axes: Axes, duration: float, *, scale: float = 1.0) -> None:
-    """Draw the line of moves that last `duration` [s] into axes of distance and mean speed [m/s], as far as these reach.
-
-    `scale` says how many of the distance's unit make a metre, such as 100.
-    """
+def draw_shortest_move(axes: Axes, duration: float) -> None:
+    """Draw the line of moves that last `duration` [s] into axes of distance [m] and mean speed [m/s], as far as these reach."""
     distance = np.array(axes.get_xlim())
     label = f"move lasts {duration * MS:.0f} ms"
     line: Any = {"color": INK, "linewidth": 1.0, "linestyle": (0, (6, 3))}
-    axes.plot(distance, distance / scale / duration, label=label, scalex=False, scaley=False, **line)
+    axes.plot(distance, distance / duration, label=label, scalex=False, scaley=False, **line)
     draw_legend(axes, **ABOVE)
 
 
 def draw_calibration(axes: Axes, nominal: Array, empirical: Mapping[str, Array]) -> None:
     """Draw which share of the casts lies within the central intervals that should hold a given share.
 
-    Parameters
-    ----------
-    nominal
-        The shares that the intervals should hold, shape (n,), from 0 to 1.
-    empirical
-        By name, the shares that they hold, shape (n,).
+    `nominal` are the shares that they should hold, shape (n,), from 0 to 1, `empirical`, by name, those that they hold.
     """
     axes.plot([0, 100], [0, 100], label="calibrated", **THIN_LINE)
     for name, style in curve_styles(empirical).items():
@@ -159,15 +151,7 @@ def draw_calibration(axes: Axes, nominal: Array, empirical: Mapping[str, Array])
 
 
 def draw_errors(axes: Axes, std: Array, errors: Array) -> None:
-    """Draw each cast's error over the standard deviation that was predicted for it, on logarithmic axes.
-
-    Parameters
-    ----------
-    std
-        Predicted [m], shape (n,).
-    errors
-        Of the prediction [m], of either sign, shape (n,).
-    """
+    """Draw each cast's error over its predicted standard deviation [m], both of shape (n,), on logarithmic axes."""
     axes.plot(std * MM, np.abs(errors) * MM, label="casts", **DOTS)
     for number, label, dashes in ((1, "1 standard deviation", "-"), (2, "2 standard deviations", "--")):
         axes.axline((1, number), (10, 10 * number), label=label, linestyle=dashes, **THIN_LINE)

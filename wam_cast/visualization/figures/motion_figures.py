@@ -32,16 +32,8 @@ def draw_over_time(
 ) -> None:
     """Draw up to seven curves over the time of a recorded cast, up to the beginning of the hold, and its stages.
 
-    Parameters
-    ----------
-    recording
-        Whose times and stages these are.
-    curves
-        By name, a value for each sample, shape (n,).
-    ylabel
-        What they are, with their unit.
-    is_named
-        Whether the stages' names are written above.
+    Each has, by name, a value for each sample, shape (n,); `ylabel` says what they are, with their unit. The stages' names are
+    written above if `is_named`.
     """
     draw_stages(axes, recording)
     if is_named:
@@ -57,16 +49,8 @@ def draw_over_time(
 def draw_motion(path_axes: Axes, radius_axes: Axes, height_axes: Axes, recording: CastRecording) -> None:
     """Draw a recorded cast: its paths, and over time hand and ball and where the hand should be: figure 3 of the paper.
 
-    It is drawn from the end of its turn on.
-
-    Parameters
-    ----------
-    path_axes
-        For the paths in the casting plane.
-    radius_axes, height_axes
-        For the distance from the base axis and the height above the floor, up to the beginning of the hold.
-    recording
-        What to draw.
+    It is drawn from the end of its turn on; over time, in `radius_axes` the distance from the base axis and in `height_axes`
+    the height above the floor, up to the beginning of the hold.
     """
     recording = without_turn(finite_part(recording))
     draw_side_view(path_axes, recording)

@@ -41,7 +41,6 @@ def draw_landing_map(
     is_allowed: NDArray[np.bool_],
     wait: float,
     levels: Array,
-    casts: Array | None = None,
 ) -> None:
     """Draw contours of the predicted landing; casts that are not allowed are hatched.
 
@@ -59,8 +58,6 @@ def draw_landing_map(
         Of all of them [s].
     levels
         Landings to draw contours of [m], rising.
-    casts
-        Training casts of nearly this wait, to be drawn as dots: rows that begin with distance and speed; or none.
     """
     axes.contourf(distance, speed, landing, levels, norm=_landing_norm(levels), cmap=COLORS, extend="both")
     shown = np.where(is_allowed, landing, np.nan)
@@ -73,9 +70,6 @@ def draw_landing_map(
     if not is_allowed.all():
         cover = np.where(is_allowed, 1.0, 0.0)
         axes.contourf(distance, speed, cover, [-0.5, 0.5], colors=[FORBIDDEN], hatches=["////"], zorder=3)
-    if casts is not None:
-        dots: Any = {"color": "white", "markersize": 2.5, "markeredgecolor": "black", "zorder": 4}
-        axes.plot(casts[:, 0], casts[:, 1], "o", **dots)
     _frame(axes, distance, speed)
     axes.set_title(f"wait {wait * MS:.0f} ms")
 

@@ -73,20 +73,10 @@ def render_robot(
     frames: Mapping[str, str] | None = None,
     has_joint_axes: bool = False,
 ) -> RobotView:
-    """Render the robot off screen, the ball hanging at rest.
+    """Render the robot off screen, the arm at the joint angles `q_arm` [rad], shape (7,), the ball hanging at rest.
 
-    Parameters
-    ----------
-    scenario
-        What is rendered.
-    q_arm
-        The arm's joint angles [rad], shape (7,).
-    cup
-        World (x, y) of the cup's axis [m]; none hides the cup.
-    frames
-        By the letter to be written, the name that the plant has for the frame, such as `{"E": "tool_plate"}`.
-    has_joint_axes
-        Whether the arm's joints' axes are to be drawn.
+    A cup stands at world (x, y) [m], or none. `frames` says, by the letter to be written, the name that the plant has for a frame,
+    such as `{"E": "tool_plate"}`; `has_joint_axes`, whether the axes of the arm's joints are to be drawn.
     """
     scene = CastScene(scenario, cup, light_bearing=0.0)
     scene.set_posture(q_arm)

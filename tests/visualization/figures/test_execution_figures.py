@@ -115,7 +115,7 @@ HALF = clear_half_width(Scenario(), ANGLE, ALONG)
 def entry(axes):
     axes.figure.set_size_inches(3.6, 4.8)
     landings = np.array([0.001, -0.002]), np.array([0.0, 0.003])
-    expected = {"spread": (0.005, 0.002), "predicted": (-0.009, 0.001)}
+    expected = {"std": (0.005, 0.002), "predicted": (-0.009, 0.001)}
     draw_clear_entry(axes, cup_radius=CUP, ball=SWEPT, clear=(ALONG, HALF), **expected, landings=landings)
     return axes
 
@@ -169,5 +169,5 @@ def test_it_reads_well(entry, legend_of, assert_reads_well, assert_apart, assert
 
 def test_a_ball_that_cannot_enter_clear_has_no_region(axes, legend_of):
     nowhere = ALONG, np.full_like(ALONG, -np.inf)
-    draw_clear_entry(axes, cup_radius=CUP, ball=(0.031, 0.02), clear=nowhere, spread=(0.005, 0.002))
+    draw_clear_entry(axes, cup_radius=CUP, ball=(0.031, 0.02), clear=nowhere, std=(0.005, 0.002))
     assert legend_of(axes) == ["cup's rim", "swept by the ball", "2 standard deviations"]

@@ -157,7 +157,7 @@ def draw_clear_entry(
     cup_radius: float,
     ball: tuple[float, float],
     clear: tuple[Array, Array],
-    spread: tuple[float, float],
+    std: tuple[float, float],
     predicted: tuple[float, float] = (0.0, 0.0),
     landings: tuple[Array, Array] | None = None,
 ) -> None:
@@ -173,7 +173,7 @@ def draw_clear_entry(
         Half axes of the ellipse that the ball sweeps in the rim plane, along and across the casting plane [m].
     clear
         Offsets along the plane, shape (n,), rising, and how far across it the ball may land there at the most, shape (n,) [m].
-    spread
+    std
         Standard deviations of the landing along and across [m].
     predicted
         Offset of the predicted landing along and across [m].
@@ -186,7 +186,7 @@ def draw_clear_entry(
         axes.add_patch(Polygon(outline, facecolor=LIGHT, alpha=0.45, label="landings that clear the rim"))
     _draw_ellipse(axes, (cup_radius,) * 2, label="cup's rim", edgecolor=INK, linewidth=1.6)
     _draw_ellipse(axes, ball, label="swept by the ball", edgecolor=MIDDLE, linestyle="--", linewidth=1.2)
-    deviations = N_DEVIATIONS * spread[0], N_DEVIATIONS * spread[1]
+    deviations = N_DEVIATIONS * std[0], N_DEVIATIONS * std[1]
     label = f"{N_DEVIATIONS} standard deviations"
     _draw_ellipse(axes, deviations, predicted, label=label, edgecolor=DARK, linewidth=1.2)
     if landings is not None:

@@ -110,7 +110,7 @@ def draw_offsets(
     axes: Axes,
     radii: Array,
     predicted: Array,
-    spread: Array,
+    std: Array,
     cups: Array,
     executed: Array,
     *,
@@ -123,7 +123,7 @@ def draw_offsets(
     ----------
     radii
         At which there are predictions [m], shape (n,).
-    predicted, spread
+    predicted, std
         Expected offset and its standard deviation [m], each of shape (n,).
     cups, executed
         Radius of the cup and offset of each executed cast [m], each of shape (m,); nan for a ball that never came down.
@@ -133,7 +133,7 @@ def draw_offsets(
         In which the offset is, in words.
     """
     axes.axhline(0.0, color=INK, linewidth=0.6, zorder=1)
-    low, high = (predicted - spread) * MM, (predicted + spread) * MM
+    low, high = (predicted - std) * MM, (predicted + std) * MM
     axes.plot(radii, predicted * MM, color=DARK, label="predicted")
     axes.fill_between(radii, low, high, color=DARK, alpha=0.2, linewidth=0, label="± standard deviation")
     for label, chosen, look in (("caught", is_caught, EXECUTED), ("missed", ~is_caught, EXECUTED_MISSED)):

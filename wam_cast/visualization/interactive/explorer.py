@@ -222,8 +222,8 @@ class Explorer:
             return [f"no prediction, since this scenario has no model: {self.advice}"]
         one = self.prediction
         lines = [
-            f"predicted to land {1e3 * one.miss:.1f} mm from the cup's middle, give or take "
-            f"{1e3 * one.spread.along:.1f} mm along the casting plane and {1e3 * one.spread.across:.1f} mm across",
+            f"predicted to land {1e3 * one.miss:.1f} mm from the cup's middle; standard deviation "
+            f"{1e3 * one.spread.along:.1f} mm along the casting plane, {1e3 * one.spread.across:.1f} mm across",
             f"chance to enter without touching the rim: {100 * one.clear_entry_probability:.0f} %",
         ]
         if max(one.peak_load, one.peak_speed) >= 1:

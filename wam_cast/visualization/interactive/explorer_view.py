@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.geometry import Cylinder, MeshcatAnimation, Rgba
 from pydrake.math import RigidTransform, RotationMatrix
 
@@ -51,6 +50,9 @@ SEEN_WELL = math.radians(45)
 WIDTH = 0.0035
 """Radius of the tubes that lines and markers on the floor are made of [m]."""
 
+HEIGHT = 0.0005
+"""Of what is drawn on the floor [m], so that it is seen."""
+
 DOT_RADIUS = 0.011
 """Of the executed landing [m]: it fits into the predicted one's ring."""
 
@@ -88,9 +90,7 @@ class ExplorerView:
         self._farthest = farthest
         self._look(0.0)
         self._draw_floor(reach)
-        for name, color in (("predicted", PREDICTED), ("executed", EXECUTED)):
-            self._draw_stem(name, color)
-        self._draw_dots()
+        self._add_markers()
 
     def show_setting(self, cast: Cast, cup: Position) -> None:
         """Show the arm at the start of `cast`, the hand's way to come, and the cup at world (x, y) [m]; a replay ends."""
@@ -108,17 +108,16 @@ class ExplorerView:
             self._hand_way = cast.distance
             self._draw_hand_way(cast.distance)
 
-    def show_prediction(self, landing: Array, spread: Spread, bearing: float) -> None:
+    def show_prediction(self, landing: Array, std: Spread, bearing: float) -> None:
         """Mark where the ball is predicted to come through the rim plane, world (x, y) [m], shape (2,), and the floor below.
 
         The rings are wider than the ball by two standard deviations along the casting plane at `bearing` [rad] and across it.
         """
-        if spread != self._ring:
-            self._ring = spread
-            along, across = (self.scenario.ball.radius + N_DEVIATIONS * one for one in spread)
+        if std != self._ring:
+            self._ring = std
+            along, across = (self.scenario.ball.radius + N_DEVIATIONS * one for one in std)
             for height in ("floor", "rim"):
                 self._draw_line(f"predicted/{height}", _ellipse(along, across), WIDTH, PREDICTED)
-            self._at_rim_height("predicted/rim")
         self._mark("predicted", landing, bearing)
 
     def show_execution(self, recording: CastRecording) -> None:
@@ -158,8 +157,8 @@ class ExplorerView:
         """Draw where cups can be reached, and the line in which the casting plane meets the floor."""
         if reach is not None:
             angles = np.linspace(*bearing_limits(), 96)
-            band = _band(reach[0], reach[1], angles, height=0.0005)
-            self.meshcat.SetTriangleMesh(f"{ROOT}/reach", *band, Rgba(*WITHIN_REACH))
+            x, y = (np.outer(reach, along) for along in (np.cos(angles), np.sin(angles)))
+            self.meshcat.PlotSurface(f"{ROOT}/reach", x, y, np.full_like(x, HEIGHT), Rgba(*WITHIN_REACH))
         line = np.array([[0.0, 0.0, 0.0], [self._farthest, 0.0, 0.0]])
         self._draw_line("plane/line", line, WIDTH, PLANE)
 
@@ -172,22 +171,18 @@ class ExplorerView:
         for stage, ends in ((Stage.MOVE, corners[:2]), (Stage.DROP, corners[1:])):
             self._draw_line(f"plane/{stage_name(stage)}", ends, HAND_PATH_RADIUS, STAGE_COLORS[stage])
 
-    def _draw_stem(self, marker: str, color: Color) -> None:
-        """Draw the line that joins a marker on the floor with its twin in the rim plane; hide the marker."""
+    def _add_markers(self) -> None:
+        """Add the markers, hidden: each with a twin in the rim plane, joined to it by a stem; the prediction's rings come later."""
         rim = self.scenario.cup.rim_height
-        self.meshcat.SetObject(f"{ROOT}/{marker}/stem", Cylinder(WIDTH / 2, rim), Rgba(*color))
-        self.meshcat.SetTransform(f"{ROOT}/{marker}/stem", RigidTransform([0.0, 0.0, rim / 2]))
-        self.meshcat.SetProperty(f"{ROOT}/{marker}", "visible", False)
-
-    def _draw_dots(self) -> None:
+        for name, color in (("predicted", PREDICTED), ("executed", EXECUTED)):
+            path = f"{ROOT}/{name}"
+            self.meshcat.SetObject(f"{path}/stem", Cylinder(WIDTH / 2, rim), Rgba(*color))
+            self.meshcat.SetTransform(f"{path}/stem", RigidTransform([0.0, 0.0, rim / 2]))
+            self.meshcat.SetTransform(f"{path}/rim", RigidTransform([0.0, 0.0, rim]))
+            self.meshcat.SetProperty(path, "visible", False)
         for height in ("floor", "rim"):
-            path = f"{ROOT}/executed/{height}"
-            self.meshcat.SetObject(path, Cylinder(DOT_RADIUS, 2 * WIDTH), Rgba(*EXECUTED))
-        self._at_rim_height("executed/rim")
-
-    def _at_rim_height(self, name: str) -> None:
-        X_Marker = RigidTransform([0.0, 0.0, self.scenario.cup.rim_height])
-        self.meshcat.SetTransform(f"{ROOT}/{name}", X_Marker)
+            dot = Cylinder(DOT_RADIUS, 2 * WIDTH)
+            self.meshcat.SetObject(f"{ROOT}/executed/{height}", dot, Rgba(*EXECUTED))
 
     def _mark(self, marker: str, landing: Array, bearing: float) -> None:
         """Move a marker to world (x, y) [m], shape (2,), or hide it if that is nan."""
@@ -210,14 +205,3 @@ def _ellipse(along: float, across: float) -> Array:
     """Return an ellipse with half axes along x and y [m] as a closed path, shape (n, 3)."""
     around = np.linspace(0.0, 2 * np.pi, 49)
     return np.column_stack([along * np.cos(around), across * np.sin(around), np.zeros(len(around))])
-
-
-def _band(inner: float, outer: float, angles: Array, height: float) -> tuple[Array, NDArray[np.int32]]:
-    """Return a flat piece of a ring between two radii [m] at a `height` [m]: vertices (3, m) and triangles (3, k)."""
-    rays = np.vstack([np.cos(angles), np.sin(angles), np.zeros(len(angles))])
-    vertices = np.hstack([inner * rays, outer * rays])
-    vertices[2] = height
-    n = len(angles)
-    i = np.arange(n - 1)
-    triangles = np.hstack([[i, i + n, i + 1], [i + 1, i + n, i + n + 1]])
-    return np.asfortranarray(vertices), np.asfortranarray(triangles, dtype=np.int32)

@@ -32,7 +32,7 @@ from wam_cast.planning.prediction import OUTPUTS
 from wam_cast.planning.reach import Reach
 from wam_cast.scenario import Noise, Scenario
 from wam_cast.types import Array
-from wam_cast.visualization.figures.calibration import draw_calibration
+from wam_cast.visualization.figures.model_figures import draw_calibration
 from wam_cast.visualization.style import figure_style
 
 SHARES = np.linspace(0.05, 0.95, 19)

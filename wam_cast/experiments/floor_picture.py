@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from wam_cast.experiments.floor_map import FloorMap
-from wam_cast.visualization.figures.floor_map import draw_chances, draw_floor, draw_offsets
-from wam_cast.visualization.figures.looks import ABOVE, draw_legend
+from wam_cast.visualization.figures.floor_figures import draw_chances, draw_floor, draw_offsets
+from wam_cast.visualization.figures.plot_style import ABOVE, draw_legend
 from wam_cast.visualization.picture_files import write_figure
 from wam_cast.visualization.style import figure_style
 

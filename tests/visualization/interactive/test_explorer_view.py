@@ -11,7 +11,7 @@ from wam_cast.cast import Cast
 from wam_cast.planning.landing_distribution import Spread
 from wam_cast.scenario import Scenario
 from wam_cast.visualization.interactive.explorer_view import WIDTH, ExplorerView
-from wam_cast.visualization.replay import HAND_PATH_RADIUS
+from wam_cast.visualization.viewer import HAND_PATH_RADIUS
 
 REACH = (0.3, 0.9)
 

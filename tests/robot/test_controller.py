@@ -157,7 +157,7 @@ def start_by_search(arm, scenario, bearing):
 
 
 def test_posture_gives_no_force_at_the_hand(arm):
-    # At the same arm state, only the posture's gains differ: what they add must be statically without force at the hand.
+    # At the same arm state, only the posture's gains differ: what they add must be null-space torque, without force at the hand.
     torques = []
     for stiffness in ([0.0] * 7, [5.0, 4.0, 3.0, 2.0, 1.0, 0.9, 0.2]):
         scenario = Scenario.from_dict(
@@ -246,7 +246,7 @@ def test_saturation_leaves_its_argument_alone():
     np.testing.assert_array_equal(torque, 10 * LIMITS)
 
 
-def test_motor_load_is_the_share_of_each_joints_motors():
+def test_motor_load_is_the_utilization_of_each_joints_motors():
     torque = np.array([[5.0, 10.0, 10.0, -10.0, 1.0, -3.0, 0.0], np.zeros(7)])
     expected = [[0.5, 0.75, 0.75, 1.0, 0.5, 0.5, 0.0], np.zeros(7)]
     np.testing.assert_allclose(motor_load(torque, LIMITS), expected, rtol=1e-15)

@@ -25,7 +25,7 @@ DIFFERENTIALS = ((1, 2), (4, 5))
 def saturate(torque: Array, limits: Array) -> Array:
     """Return `torque` within what the motors give, each array [N m] of shape (7,).
 
-    Joints of their own are clipped. The two joints of a differential load the same motors: |tau_a| / limit_a +
+    Joints of their own are clipped. The two joints of a differential use the same motors: |tau_a| / limit_a +
     |tau_b| / limit_b <= 1, and a pair beyond it is scaled, which keeps its direction.
     """
     return np.asarray(torque / np.maximum(motor_load(torque, limits), 1.0))

@@ -123,7 +123,7 @@ class CastStation:
     scenario
         What is built.
     has_scene
-        With geometry: the cup and the floor, contact, and what can be seen. Without, the plant is the same but the ball meets
+        With geometry: the cup and the floor, contact, and what can be seen. Without, the plant is the same but the ball touches
         nothing, which simulates faster.
     controller
         In place of `CastController`: an `ArmController`, or any LeafSystem with the ports `arm_state` and `actuation`, and a

@@ -163,7 +163,7 @@ class Return:
         return math.sqrt(max(REACH**2 - below**2, 0.0))
 
     def _slant(self, wall: float, low: float, side: float) -> float | None:
-        """Return the slant [rad] nearest to `WALL_SLANT` at which the hand reaches: the greater, the nearer to the ball's inner side."""
+        """Return the slant [rad] nearest to `WALL_SLANT` at which the hand reaches: the greater, the nearer to the ball."""
         slants = np.linspace(WALL_SLANT, 0.0 if side > 0 else LARGEST_SLANT, 200)
         hands = [_above(wall, low, side * slant, self._length) for slant in slants]
         reachable = [radius <= self._reach(height) for radius, height in hands]

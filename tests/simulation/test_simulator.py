@@ -12,7 +12,7 @@ from pydrake.systems.primitives import PassThrough
 from wam_cast.cast import Cast
 from wam_cast.errors import InputError
 from wam_cast.motion.stages import CastMotion, Stage
-from wam_cast.robot.controller import CastController, HandState
+from wam_cast.robot.controller import CastController
 from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.ball_and_cup import SLACK_MARGIN
@@ -473,12 +473,13 @@ def test_controller_that_does_not_say_what_it_wants_of_the_hand_is_not_scored():
 class Elsewhere(CastController):
     """Does what ours does, and says that it wants the hand 0.3 m higher."""
 
-    def hand_desired(self, t, motion):
-        p_WE, v_WE = motion.evaluate(t)
+    def hand_desired(self, time, motion):
+        p_WE, v_WE = motion.evaluate(time)
         return p_WE + np.array([0, 0, 0.3]), v_WE
 
-    def torque(self, t, arm, desired, motion):
-        return super().torque(t, arm, HandState(*motion.evaluate(t)), motion)
+    def torque(self, arm, desired):
+        p_WE, _ = desired.motion.evaluate(desired.time)
+        return super().torque(arm, desired._replace(p_WE=p_WE))
 
 
 def test_controller_is_scored_against_what_it_wants_of_the_hand(free):

@@ -11,7 +11,7 @@ from pydrake.systems.analysis import Simulator
 from wam_cast.arm_model import models_directory
 from wam_cast.cast import Cast
 from wam_cast.motion.stages import CastMotion, Stage
-from wam_cast.robot.controller import DIFFERENTIALS, CastController, motor_load, saturate
+from wam_cast.robot.controller import DIFFERENTIALS, ArmController, CastController, motor_load, saturate
 from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Scenario
 
@@ -157,7 +157,7 @@ def start_by_search(arm, scenario, bearing):
 
 
 def test_posture_gives_no_force_at_the_hand(arm):
-    # At the same arm state, only the posture's gains differ: what they add must be statically without force at the hand.
+    # At the same arm state, only the posture's gains differ: what they add must be null-space torque, without force at the hand.
     torques = []
     for stiffness in ([0.0] * 7, [5.0, 4.0, 3.0, 2.0, 1.0, 0.9, 0.2]):
         scenario = Scenario.from_dict(
@@ -208,6 +208,49 @@ def test_stage_output_counts_through_the_cast(controller):
     assert stages == list(Stage)
 
 
+# ---------------------------------------------------------------- controllers of one's own
+
+
+class Pull(ArmController):
+    """Pulls the hand toward what is desired, and keeps what it was asked with."""
+
+    def __init__(self, scenario, stiffness):
+        super().__init__(scenario)
+        self.stiffness, self.asked = stiffness, []
+
+    def torque(self, arm, desired):
+        self.asked.append((arm, desired))
+        return self.stiffness * arm.Jv_WE.T @ (desired.p_WE - arm.p_WE) + arm.holding_torque
+
+
+def test_controller_of_ones_own_is_asked_with_what_it_measures_and_what_is_desired(arm):
+    own = Pull(SOFT, 10.0)
+    q, v = STATE_A[:7], STATE_A[7:]
+    found = outputs(own, context_of(own))
+    motion, J = CastMotion(SOFT, CAST), arm.exact_jacobian(q)
+    pull = 10.0 * J.T @ (motion.evaluate(0.3)[0] - arm.hand_position(q))
+    np.testing.assert_allclose(found["actuation"], pull + arm.holding_torque(q), atol=1e-10)
+    ((measured, desired),) = own.asked
+    assert (desired.time, desired.motion.cast) == (0.3, CAST)
+    np.testing.assert_array_equal([measured.q, measured.v], [q, v])
+    np.testing.assert_allclose(measured.v_WE, J @ v, atol=1e-12)
+    np.testing.assert_array_equal(desired.v_WE, motion.evaluate(0.3)[1])
+    ours = outputs(reference := CastController(SOFT), context_of(reference))
+    for name in ("hand", "hand_desired", "stage"):
+        np.testing.assert_array_equal(found[name], ours[name])
+
+
+def test_torque_of_ones_own_is_cut_off_at_what_the_motors_give(arm):
+    own = Pull(SOFT, 1e6)
+    load = motor_load(outputs(own, context_of(own))["actuation"], arm.plant.GetEffortUpperLimits())
+    assert load.max() == pytest.approx(1.0, abs=1e-12)
+
+
+def test_base_says_no_torque():
+    with pytest.raises(NotImplementedError):
+        outputs(bare := ArmController(SOFT), context_of(bare))
+
+
 # ---------------------------------------------------------------- saturation
 
 
@@ -246,7 +289,7 @@ def test_saturation_leaves_its_argument_alone():
     np.testing.assert_array_equal(torque, 10 * LIMITS)
 
 
-def test_motor_load_is_the_share_of_each_joints_motors():
+def test_motor_load_is_the_utilization_of_each_joints_motors():
     torque = np.array([[5.0, 10.0, 10.0, -10.0, 1.0, -3.0, 0.0], np.zeros(7)])
     expected = [[0.5, 0.75, 0.75, 1.0, 0.5, 0.5, 0.0], np.zeros(7)]
     np.testing.assert_allclose(motor_load(torque, LIMITS), expected, rtol=1e-15)

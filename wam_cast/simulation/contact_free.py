@@ -14,7 +14,8 @@ from pydrake.systems.framework import LeafSystem
 
 from wam_cast.cast import Cast
 from wam_cast.motion.stages import CastMotion, Stage
-from wam_cast.robot.station import CastStation, Log, StationState
+from wam_cast.robot.station import CastStation, Log
+from wam_cast.robot.station_state import StationState
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.ball_and_cup import SLACK_MARGIN, gap_to_contact
 from wam_cast.simulation.integration_step import flight_step
@@ -131,7 +132,7 @@ class ContactFreePhase:
             noise_seed=noise_seed,
             log=self.station.logged(self._simulator.get_context()),
             above_until=above_until,
-            hand_over=hand_over or self._state(),
+            hand_over=self._state() if hand_over is None else hand_over,
             comes_near=hand_over is not None,
             has_diverged=has_diverged,
         )

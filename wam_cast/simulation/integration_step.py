@@ -1,4 +1,4 @@
-"""How long the steps of the flight's integrator may be."""
+"""How long the steps of the contact-free phase's integrator may be."""
 
 from __future__ import annotations
 

@@ -316,9 +316,9 @@ def test_too_fast_a_drop_hits_limits_that_are_named():
     outcome = CastSimulator(scenario(motion={"drop_duration": 0.15})).simulate(TYPICAL)
     assert outcome.status is Status.LIMIT_HIT
     assert {"joint 4 torque", "joint 4 speed"} <= set(outcome.limits_hit)
-    assert outcome.peak_load.max() == pytest.approx(1, abs=1e-9)
+    assert outcome.peak_torque_utilization.max() == pytest.approx(1, abs=1e-9)
     for i in range(7):
-        assert (f"joint {i + 1} speed" in outcome.limits_hit) == (outcome.peak_speed[i] > 1)
+        assert (f"joint {i + 1} speed" in outcome.limits_hit) == (outcome.peak_velocity_utilization[i] > 1)
     assert np.isfinite(outcome.landing).all()  # what the ball did is told all the same
 
 
@@ -326,8 +326,8 @@ def test_ordinary_casts_keep_the_limits_and_their_reference(free):
     for outcome in free.values():
         assert outcome.status is Status.LANDED
         assert outcome.limits_hit == ()
-        assert outcome.peak_load.max() < 1
-        assert outcome.peak_speed.max() < 1
+        assert outcome.peak_torque_utilization.max() < 1
+        assert outcome.peak_velocity_utilization.max() < 1
         assert 1e-4 < outcome.peak_tracking_error < 0.02
 
 
@@ -354,7 +354,7 @@ def test_simulator_works_after_a_diverged_simulation(simulator, free, monkeypatc
 
 def test_state_that_is_not_finite_breaks_no_recording(monkeypatch):
     # Undamped and at too long a step the string blows up within a cast, past the largest number that a float holds.
-    monkeypatch.setattr("wam_cast.simulation.contact_free.flight_step", lambda station: 0.002)
+    monkeypatch.setattr("wam_cast.simulation.contact_free.integration_step", lambda station: 0.002)
     broken = CastSimulator(scenario(string={"n_links": 20, "bending_damping": 0.0}))
     recording = broken.record(TYPICAL)
     assert recording.outcome.status is Status.DIVERGED
@@ -443,7 +443,7 @@ def test_string_that_takes_too_short_steps_is_refused():
 
 def test_own_controller_takes_the_place_of_ours(limp):
     outcome = CastSimulator(Scenario(), make_controller=limp).simulate(TYPICAL)
-    assert outcome.peak_load.max() == 0.0
+    assert outcome.peak_torque_utilization.max() == 0.0
     assert outcome.peak_tracking_error > 0.05  # from what it says that it wants, which is zero
     with pytest.raises(InputError, match="set_cast"):
         CastStation(Scenario(), controller=PassThrough(14))

@@ -28,10 +28,10 @@ def saturate(torque: Array, limits: Array) -> Array:
     Joints of their own are clipped. The two joints of a differential use the same motors: |tau_a| / limit_a +
     |tau_b| / limit_b <= 1, and a pair beyond it is scaled, which keeps its direction.
     """
-    return np.asarray(torque / np.maximum(motor_load(torque, limits), 1.0))
+    return np.asarray(torque / np.maximum(torque_utilization(torque, limits), 1.0))
 
 
-def motor_load(torque: Array, limits: Array) -> Array:
+def torque_utilization(torque: Array, limits: Array) -> Array:
     """Return the utilization of each joint's motors by `torque`, shape (..., 7); a differential's joints have the pair's."""
     load = np.abs(torque) / limits
     for a, b in DIFFERENTIALS:

@@ -18,7 +18,7 @@ from wam_cast.robot.station import CastStation, Log
 from wam_cast.robot.station_state import StationState
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.ball_and_cup import SLACK_MARGIN, gap_to_contact
-from wam_cast.simulation.integration_step import flight_step
+from wam_cast.simulation.integration_step import integration_step
 from wam_cast.simulation.polling import CONTACT_POLL_PERIODS, POLL_PERIODS, DivergedError, advance, poll_ball
 from wam_cast.types import Array, Position
 
@@ -85,7 +85,7 @@ class ContactFreePhase:
 
     def __init__(self, scenario: Scenario, controller: LeafSystem) -> None:
         self.station = CastStation(scenario, has_scene=False, controller=controller)
-        self.step = flight_step(self.station)
+        self.step = integration_step(self.station)
         self._scenario = scenario
         self._simulator = Simulator(self.station.diagram)
         ResetIntegratorFromFlags(self._simulator, "runge_kutta2", self.step)

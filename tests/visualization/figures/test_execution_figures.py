@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.patches import Ellipse, Polygon
 
-from wam_cast.planning.landing_distribution import clear_half_width, clear_offset
+from wam_cast.planning.landing_distribution import clearance, clearance_across
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.outcome import Status
 from wam_cast.visualization.figures.execution_figures import (
@@ -108,7 +108,7 @@ ANGLE = math.radians(30)
 CUP, BALL = 0.030, 0.020
 SWEPT = (BALL / math.cos(ANGLE), BALL)
 ALONG = np.linspace(-0.03, 0.03, 601)
-HALF = clear_half_width(Scenario(), ANGLE, ALONG)
+HALF = clearance_across(Scenario(), ANGLE, ALONG)
 
 
 @pytest.fixture
@@ -150,7 +150,7 @@ def test_the_region_is_where_the_swept_ellipse_fits_into_the_cup(entry):
     clearly = np.abs(farthest - 30) > 0.1  # not on the verge
     inside = region.get_path().contains_points(offsets)
     np.testing.assert_array_equal(inside[clearly], farthest[clearly] < 30)
-    assert np.ptp(region.get_xy()[:, 0]) == pytest.approx(2e3 * clear_offset(Scenario(), ANGLE), abs=0.2)
+    assert np.ptp(region.get_xy()[:, 0]) == pytest.approx(2e3 * clearance(Scenario(), ANGLE), abs=0.2)
 
 
 def test_it_reads_well(entry, legend_of, assert_reads_well, assert_apart, assert_hides_nothing):

@@ -158,7 +158,7 @@ def test_the_picture_shows_all_cups_and_casts_and_reads_well(
         dots = line_of(axes, "caught")
         assert len(dots) == floor.n_caught
         np.testing.assert_allclose(dots[:, 1], value, atol=0.5 * floor.is_noisy * (axes is along) + 1e-9)
-    expected = floor.rings[["radius", "clear_entry_probability"]] * [1, 100]
+    expected = floor.rings[["radius", "rim_clear_probability"]] * [1, 100]
     np.testing.assert_allclose(line_of(chances, "rim-clear entry, predicted"), expected)
 
 

@@ -18,7 +18,7 @@ from wam_cast.errors import InputError
 from wam_cast.learning.forward_model import ForwardModel
 from wam_cast.learning.reference import reference_model
 from wam_cast.motion.stages import Stage
-from wam_cast.planning.forecast import Prediction
+from wam_cast.planning.cast_prediction import Prediction
 from wam_cast.planning.plan import Plan, plan_cast
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.outcome import Outcome
@@ -198,7 +198,7 @@ class Explorer:
         self._view.show_setting(self.cast, self.cup)
         if self.model is not None:
             self.prediction = Prediction.of(self.model, self.cast, self.cup)
-            self._view.show_prediction(self.prediction.landing, self.prediction.spread, self.cast.bearing)
+            self._view.show_prediction(self.prediction.landing, self.prediction.std, self.cast.bearing)
         self._panel.caption = self._caption()
 
     def _say(self, note: str) -> None:
@@ -224,10 +224,10 @@ class Explorer:
         one = self.prediction
         lines = [
             f"predicted to land {1e3 * one.miss:.1f} mm from the cup's middle; standard deviation "
-            f"{1e3 * one.spread.along:.1f} mm along the casting plane, {1e3 * one.spread.across:.1f} mm across",
-            f"chance to enter without touching the rim: {100 * one.clear_entry_probability:.0f} %",
+            f"{1e3 * one.std.along:.1f} mm along the casting plane, {1e3 * one.std.across:.1f} mm across",
+            f"chance to enter without touching the rim: {100 * one.rim_clear_probability:.0f} %",
         ]
-        if max(one.peak_load, one.peak_speed) >= 1:
+        if max(one.peak_torque_utilization, one.peak_velocity_utilization) >= 1:
             lines.append("the arm is predicted to meet its limits")
         return lines
 

@@ -11,7 +11,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from wam_cast.arm_model import bearing_limits
 from wam_cast.cast import Cast
 from wam_cast.motion.stages import Stage
-from wam_cast.planning.landing_distribution import Spread
+from wam_cast.planning.landing_distribution import LandingStd
 from wam_cast.robot.plant import make_arm_plant, starting_posture
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.recording import CastRecording
@@ -85,7 +85,7 @@ class ExplorerView:
         self._scene = CastScene(scenario, None, meshcat=self.meshcat, frame_rate=FRAME_RATE)
         self._q_start = starting_posture(make_arm_plant(scenario), scenario)
         self._hand_way: float | None = None
-        self._ring: Spread | None = None
+        self._ring: LandingStd | None = None
         self._replays = False
         self._farthest = farthest
         self._look(0.0)
@@ -108,7 +108,7 @@ class ExplorerView:
             self._hand_way = cast.distance
             self._draw_hand_way(cast.distance)
 
-    def show_prediction(self, landing: Array, std: Spread, bearing: float) -> None:
+    def show_prediction(self, landing: Array, std: LandingStd, bearing: float) -> None:
         """Mark where the ball is predicted to come through the rim plane, world (x, y) [m], shape (2,), and the floor below.
 
         The rings are wider than the ball by two standard deviations along the casting plane at `bearing` [rad] and across it.

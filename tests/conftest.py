@@ -193,4 +193,7 @@ def limp():
         def set_cast(self, context, cast):
             pass
 
+        def hand_desired(self, time, motion):
+            return np.zeros(3), np.zeros(3)
+
     return Limp

@@ -371,7 +371,6 @@ NOT_A_MODEL = {
     "other npz": write_other_npz,
     "array": write_array,
     "pickle": write_pickle,
-    "another format": lambda path: tampered(path, format="wam_cast forward model 1"),
     "no reach": lambda path: tampered(path, reach=None),
     "a reach of words": lambda path: tampered(path, reach=["near", "far"]),
     "one sigma": lambda path: tampered(path, info={"seed": 0, "sigma": 0.5}),
@@ -384,6 +383,14 @@ def test_what_is_not_a_model_is_refused(file, kind):
     NOT_A_MODEL[kind](file)
     assert "not a model file" in refused(file)
     assert "wam-cast fit" in refused(file)
+
+
+def test_a_model_of_another_format_is_refused_with_both_named(file):
+    tampered(file, format="wam_cast forward model 3")
+    line = refused(file)
+    assert "'wam_cast forward model 3'" in line
+    assert "'wam_cast forward model 4'" in line
+    assert "wam-cast fit" in line
 
 
 def test_damage_anywhere_is_noticed(file):

@@ -118,7 +118,6 @@ def test_graph_names_the_parts(with_contact):
         "ball_tracker",
         "state_log",
         "torque_log",
-        "hand_desired_log",
     ):
         assert name in graph, name
     for name in PORTS:
@@ -159,7 +158,7 @@ def test_torque_is_held_for_a_period(contact_free):
 def test_logs_have_a_sample_a_period(contact_free):
     simulator = started(contact_free)
     simulator.AdvanceTo(0.1)
-    times, states, torques, hand_desired = contact_free.logged(simulator.get_context())
+    times, states, torques = contact_free.logged(simulator.get_context())
     np.testing.assert_allclose(times, 0.002 * np.arange(51), atol=1e-12)
     assert states.shape == (51, 54)
     assert torques.shape == (51, 7)
@@ -168,7 +167,8 @@ def test_logs_have_a_sample_a_period(contact_free):
     np.testing.assert_array_equal(torques[-1], read(contact_free, simulator, "torque"))
     np.testing.assert_array_equal(torques[0], 0)
     motion = CastMotion(Scenario(), CAST)
-    np.testing.assert_array_equal(hand_desired, [np.concatenate(motion.evaluate(t)) for t in times])
+    wanted = contact_free.desired_path(motion, times)
+    np.testing.assert_array_equal(wanted, [motion.evaluate(t)[0] for t in times])
 
 
 # ---------------------------------------------------------------- the start
@@ -255,7 +255,7 @@ def test_controller_can_be_replaced():
     np.testing.assert_array_equal(read(station, simulator, "torque"), stub.torque)
     for name in ("hand", "hand_desired", "stage"):  # which it has not
         assert not station.diagram.HasOutputPort(name)
-    assert np.isnan(station.logged(simulator.get_context()).hand_desired).all()
+    assert np.isnan(station.desired_path(CastMotion(Scenario(), CAST), np.array([0.0, 0.1]))).all()
     # With nothing that holds it, the arm falls.
     state = read(station, simulator, "arm_state")
     assert np.linalg.norm(state[7:]) > 0.1

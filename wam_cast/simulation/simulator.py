@@ -50,9 +50,8 @@ class CastSimulator:
         self.scenario = scenario
         self._make_controller = make_controller
         self._contact_free = ContactFreePhase(scenario, make_controller(scenario))
-        plant = self._contact_free.station.plant
-        self._kinematics = Kinematics(plant)
-        self._judge = Judge(scenario, plant)
+        self._kinematics = Kinematics(self._contact_free.station.plant)
+        self._judge = Judge(self._contact_free.station)
 
     @cached_property
     def _contact(self) -> ContactPhase:
@@ -180,7 +179,7 @@ class CastSimulator:
             p_WL=p_WL,
             v_WL=v_WL,
             p_WE=p_WE,
-            p_WE_desired=log.hand_desired[:, :3],
+            p_WE_desired=self._contact_free.station.desired_path(motion, log.times),
             stages=np.array([motion.stage(t) for t in log.times]),
         )
 

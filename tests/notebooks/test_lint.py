@@ -20,7 +20,7 @@ OF_THIS_MACHINE = {"tags": ["remove-output"]}
 """The metadata of a cell that prints what is of no use to readers of the site, such as an address on the machine it runs on."""
 
 TEACHES_A_SYSTEM = "02_the_diagram"
-"""The only notebook with a class: one LeafSystem."""
+"""The only notebook with a class: one controller."""
 
 
 def complaints_about(name, text):
@@ -38,7 +38,7 @@ def complaints_about(name, text):
         found += [f"cell {number}: {complaint}" for complaint in complaints_about_cell(cell)]
         if cell["cell_type"] == "code":
             classes += classes_in(cell)
-    if classes != (["LeafSystem"] if name == TEACHES_A_SYSTEM else []):
+    if classes != (["wc.ArmController"] if name == TEACHES_A_SYSTEM else []):
         found.append(f"classes derived from {classes}")
     return found
 
@@ -158,7 +158,7 @@ def test_lint_refuses(text, complaint):
 
 
 def test_one_notebook_teaches_one_system():
-    system, other = code("class A(LeafSystem):\n    pass"), code("class B:\n    pass")
+    system, other = code("class A(wc.ArmController):\n    pass"), code("class B:\n    pass")
     assert complaints_about(TEACHES_A_SYSTEM, stored(system)) == []
     assert complaints_about(TEACHES_A_SYSTEM, stored(system, system)) != []
     assert complaints_about(TEACHES_A_SYSTEM, stored(other)) != []

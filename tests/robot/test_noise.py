@@ -66,9 +66,8 @@ def test_without_noise_the_seed_is_of_no_consequence(simulator, seed):
 
 def test_without_noise_the_diagram_is_what_it_was(simulator):
     names = {system.get_name() for system in CastStation(Scenario()).diagram.GetSystems()}
-    assert names == {
-        *("plant", "scene_graph", "controller", "hold", "ball_tracker", "state_log", "torque_log")
-    }
+    logs = {"state_log", "torque_log", "hand_desired_log"}
+    assert names == {"plant", "scene_graph", "controller", "hold", "ball_tracker", *logs}
 
 
 @pytest.mark.parametrize("seed", [0, 7, BIG_SEED])
@@ -113,7 +112,7 @@ def test_streams_share_no_numbers():
 
 
 @pytest.mark.parametrize("seed", [-1, 0.5, "one", None])
-def test_seed_that_is_no_whole_number_is_refused(simulator, seed):
+def test_seed_that_is_no_integer_is_refused(simulator, seed):
     for run in (simulator.simulate, simulator.record, lambda *a, **k: simulate_cast(Scenario(), *a, **k)):
         with pytest.raises(InputError, match=r"^noise_seed = .* must be an integer, 0 or more$"):
             run(CAST, noise_seed=seed)

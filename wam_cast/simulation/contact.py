@@ -88,7 +88,7 @@ class ContactPhase:
         period, end = self._scenario.controller.period, free.motion.stage_ends[Stage.RETURN]
         has_diverged = False
         try:
-            # On to a whole control period: there the next cast's clock can start.
+            # On to an integer number of control periods: there the next cast's clock can start.
             advance(self._simulator, period * math.ceil(end / period - 1e-9))
         except DivergedError:
             has_diverged = True

@@ -32,8 +32,12 @@ OTHERS = (
     "builtins|collections|concurrent|contextlib|enum|matplotlib|numpy|pandas|pathlib|pyarrow|pydantic|pydantic_core|"
     "pydrake|sklearn"
 )
-ABBREVIATIONS = r"Any|Array|Picture|ArrayLike|Axes|Axis|Figure|FloatArray|NDArray|Path|np\.bool_|(float|u?int|complex)\d+|.*\.[RT]"
-nitpick_ignore_regex = [("py:.*", rf"({OTHERS})(\..*)?"), ("py:.*", ABBREVIATIONS)]
+ABBREVIATIONS = (
+    r"AbstractValue|Any|Array|Picture|ArrayLike|Axes|Axis|Figure|NDArray|Path|np\.bool_|object_|"
+    r"(float|u?int|complex)\d+|.*\.[RT]"
+)
+PRIVATE = r"lambda|.*\._\w+"  # in the types of what pydantic checks by a function
+nitpick_ignore_regex = [("py:.*", rf"({OTHERS})(\..*)?"), ("py:.*", ABBREVIATIONS), ("py:class", PRIVATE)]
 
 suppress_warnings = ["myst.header"]  # the README's results begin a level lower than a page does
 
@@ -54,6 +58,7 @@ copybutton_prompt_text = "$ "
 # ---------------------------------------------------------------- reference
 
 autodoc_default_options = {"members": True, "member-order": "bysource"}
+autodoc_preserve_defaults = True  # as the source has them
 autodoc_typehints_format = "short"
 python_use_unqualified_type_names = True
 python_maximum_signature_line_length = 90

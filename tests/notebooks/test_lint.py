@@ -101,12 +101,7 @@ def test_ruff_reads_the_notebooks(notebook_paths):
     assert sorted(shown) == [str(path) for path in notebook_paths.values()]
 
 
-TITLE = {
-    "cell_type": "markdown",
-    "id": "title",
-    "metadata": {},
-    "source": ["# A title\n", "\n", "It teaches."],
-}
+TITLE = {"cell_type": "markdown", "id": "title", "metadata": {}, "source": ["# A title\n", "\n", "It teaches."]}
 
 
 def code(source, **changes):

@@ -34,9 +34,7 @@ class Stub(LeafSystem):
         self.torque = np.array(torque)
         self.casts = []
         self.DeclareVectorInputPort("arm_state", 14)
-        self.DeclareVectorOutputPort(
-            "actuation", 7, lambda context, output: output.SetFromVector(self.torque)
-        )
+        self.DeclareVectorOutputPort("actuation", 7, lambda context, output: output.SetFromVector(self.torque))
 
     def set_cast(self, context, cast):
         self.casts.append(cast)
@@ -110,15 +108,7 @@ def test_torque_port_is_what_moves_the_arm(contact_free):
 
 def test_graph_names_the_parts(with_contact):
     graph = with_contact.graph()
-    for name in (
-        "plant",
-        "scene_graph",
-        "controller",
-        "hold",
-        "ball_tracker",
-        "state_log",
-        "torque_log",
-    ):
+    for name in ("plant", "scene_graph", "controller", "hold", "ball_tracker", "state_log", "torque_log"):
         assert name in graph, name
     for name in PORTS:
         assert name in graph, name
@@ -193,8 +183,7 @@ def test_start_forgets_all_that_came_before(with_contact):
     with_contact.set_start(fresh, CAST, (0.6, 0.1))
     assert context.get_time() == 0
     np.testing.assert_array_equal(
-        context.get_continuous_state_vector().CopyToVector(),
-        fresh.get_continuous_state_vector().CopyToVector(),
+        context.get_continuous_state_vector().CopyToVector(), fresh.get_continuous_state_vector().CopyToVector()
     )
     groups = [c.get_discrete_state() for c in (context, fresh)]
     for i in range(groups[0].num_groups()):
@@ -285,9 +274,7 @@ def test_friction_opposes_each_joint_with_its_own_torque(share, relative_speed):
     without, _ = joint_acceleration(0.0, v_arm)
     torque = M @ (with_friction - without)
     with (models_directory() / "wam7_parameters.csv").open(encoding="utf-8", newline="") as file:
-        sheet = np.array(
-            [float(row["coulomb"]) for row in csv.DictReader(file) if row["joint_type"] == "revolute"]
-        )
+        sheet = np.array([float(row["coulomb"]) for row in csv.DictReader(file) if row["joint_type"] == "revolute"])
     np.testing.assert_array_equal(arm_coulomb_friction(), sheet)
     expected = -share * sheet * np.clip(v_arm / FRICTION_SPEED, -1, 1)
     np.testing.assert_allclose(torque[:7], expected, atol=1e-9)

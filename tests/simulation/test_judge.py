@@ -74,8 +74,7 @@ def test_sample_exactly_on_the_plane_is_the_crossing():
 
 
 @pytest.mark.parametrize(
-    ("velocity", "angle"),
-    [([0, 0, -2], 0), ([1, 0, -1], 45), ([0, -1, -1], 45), ([3, 4, 0], 90), ([0, 0, 1], 180)],
+    ("velocity", "angle"), [([0, 0, -2], 0), ([1, 0, -1], 45), ([0, -1, -1], 45), ([3, 4, 0], 90), ([0, 0, 1], 180)]
 )
 def test_angle_is_from_straight_down(velocity, angle):
     assert np.rad2deg(angle_from_vertical(np.array(velocity, float))) == pytest.approx(angle)
@@ -169,9 +168,7 @@ def judge_of(scenario, plant, desired=None):
     """Return a judge of logs of `plant`, whose controller wants the hand at `desired`, shape (n, 3), if it says."""
 
     def desired_path(_, times):
-        return (
-            np.full((len(times), 3), np.nan) if desired is None else desired[np.rint(100 * times).astype(int)]
-        )
+        return np.full((len(times), 3), np.nan) if desired is None else desired[np.rint(100 * times).astype(int)]
 
     return Judge(SimpleNamespace(scenario=scenario, plant=plant, desired_path=desired_path))
 

@@ -24,14 +24,7 @@ from wam_cast.robot.ball_tracker import BallTracker
 from wam_cast.robot.controller import CastController
 from wam_cast.robot.encoders import Encoders, encoder_resolution
 from wam_cast.robot.noise import TorqueNoise, executed_cast, swing_at_start
-from wam_cast.robot.plant import (
-    HOOK,
-    N_ARM,
-    fill_plant,
-    hanging_positions,
-    make_arm_plant,
-    starting_posture,
-)
+from wam_cast.robot.plant import HOOK, N_ARM, fill_plant, hanging_positions, make_arm_plant, starting_posture
 from wam_cast.robot.station_state import StationState
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array, Position
@@ -121,9 +114,7 @@ class CastStation:
         self._arm_plant = make_arm_plant(scenario)
         self._q_start = starting_posture(self._arm_plant, scenario)
         self.controller: LeafSystem = builder.AddNamedSystem("controller", controller)
-        self.hold: ZeroOrderHold = builder.AddNamedSystem(
-            "hold", ZeroOrderHold(scenario.controller.period, N_ARM)
-        )
+        self.hold: ZeroOrderHold = builder.AddNamedSystem("hold", ZeroOrderHold(scenario.controller.period, N_ARM))
         self.ball_tracker: BallTracker = builder.AddNamedSystem("ball_tracker", BallTracker(self.plant))
         self._connect(builder)
         self._export(builder)
@@ -142,12 +133,8 @@ class CastStation:
             self.scene_graph = builder.AddNamedSystem("scene_graph", SceneGraph())
             self.plant.RegisterAsSourceForSceneGraph(self.scene_graph)
             source = self.plant.get_source_id()
-            builder.Connect(
-                self.plant.get_geometry_pose_output_port(), self.scene_graph.get_source_pose_port(source)
-            )
-            builder.Connect(
-                self.scene_graph.get_query_output_port(), self.plant.get_geometry_query_input_port()
-            )
+            builder.Connect(self.plant.get_geometry_pose_output_port(), self.scene_graph.get_source_pose_port(source))
+            builder.Connect(self.scene_graph.get_query_output_port(), self.plant.get_geometry_query_input_port())
         fill_plant(self.plant, self.scenario)
 
     def _connect(self, builder: DiagramBuilder) -> None:
@@ -209,9 +196,7 @@ class CastStation:
     def _add_logs(self, builder: DiagramBuilder) -> None:
         ports = {"state": self.plant.get_state_output_port(), "torque": self.hold.get_output_port()}
         period = self.scenario.controller.period
-        self._logs = {
-            name: LogVectorOutput(port, builder, publish_period=period) for name, port in ports.items()
-        }
+        self._logs = {name: LogVectorOutput(port, builder, publish_period=period) for name, port in ports.items()}
         for name, log in self._logs.items():
             log.set_name(f"{name}_log")
 
@@ -241,9 +226,7 @@ class CastStation:
         motion = self.executed_motion(cast, cup, noise_seed=noise_seed, start_bearing=start_bearing)
         self.begin(context, motion, cup, noise_seed=noise_seed)
 
-    def begin(
-        self, context: Context, motion: CastMotion, cup: Position | None = None, *, noise_seed: int = 0
-    ) -> None:
+    def begin(self, context: Context, motion: CastMotion, cup: Position | None = None, *, noise_seed: int = 0) -> None:
         """Put the diagram's `context` at the start of a `motion`, as `set_start` does for a cast.
 
         A controller whose `set_cast` takes the cast alone is told no more; it cannot start elsewhere than at home.

@@ -101,9 +101,7 @@ class ContactPhase:
         self._station.set_state(context, free.hand_over)
         # A new integrator each time: it keeps the length of its last step, and outcomes must not depend on it.
         ResetIntegratorFromFlags(self._simulator, "runge_kutta3", self._scenario.simulation.max_step)
-        self._simulator.get_mutable_integrator().set_target_accuracy(
-            self._scenario.simulation.contact_accuracy
-        )
+        self._simulator.get_mutable_integrator().set_target_accuracy(self._scenario.simulation.contact_accuracy)
         self._simulator.Initialize()
 
     def _touches_cup(self) -> bool:

@@ -139,9 +139,7 @@ class Judge:
         c, s = math.cos(free.motion.cast.bearing), math.sin(free.motion.cast.bearing)
         R_CW = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
         p_CL = (p_WL - [*free.cup, cup.rim_height]) @ R_CW.T
-        is_at_rest, is_carried = (
-            (False, False) if contact is None else (contact.is_at_rest, contact.is_carried)
-        )
+        is_at_rest, is_carried = (False, False) if contact is None else (contact.is_at_rest, contact.is_carried)
         return verdict(p_CL, is_at_rest, is_carried, cup, self._scenario.ball.radius)
 
     def _peak_tracking_error(self, motion: CastMotion, log: Log) -> float:

@@ -70,12 +70,7 @@ class CastSimulator:
         return self._simulate(cast, cup, noise_seed).outcome
 
     def record(
-        self,
-        cast: Cast,
-        cup: Position | None = None,
-        *,
-        noise_seed: int = 0,
-        returns: bool = True,
+        self, cast: Cast, cup: Position | None = None, *, noise_seed: int = 0, returns: bool = True
     ) -> CastRecording:
         """Simulate `cast` as `simulate` does, then on to the end of the return, and keep all of it.
 
@@ -87,11 +82,7 @@ class CastSimulator:
         return self._recording(simulated)
 
     def simulate_sequence(
-        self,
-        throws: Sequence[Throw],
-        *,
-        noise_seed: int = 0,
-        on_outcome: Callable[[Outcome], None] | None = None,
+        self, throws: Sequence[Throw], *, noise_seed: int = 0, on_outcome: Callable[[Outcome], None] | None = None
     ) -> list[Outcome]:
         """Simulate `throws` after each other without a reset, up to the last one's outcome.
 
@@ -111,11 +102,7 @@ class CastSimulator:
         return outcomes
 
     def record_sequence(
-        self,
-        throws: Sequence[Throw],
-        *,
-        noise_seed: int = 0,
-        on_outcome: Callable[[Outcome], None] | None = None,
+        self, throws: Sequence[Throw], *, noise_seed: int = 0, on_outcome: Callable[[Outcome], None] | None = None
     ) -> list[CastRecording]:
         """Simulate `throws` as `simulate_sequence` does, on to the end of the last return, and keep all of it.
 
@@ -128,9 +115,7 @@ class CastSimulator:
                 on_outcome(simulated.outcome)
         return recordings
 
-    def _sequence(
-        self, throws: Sequence[Throw], noise_seed: int, *, returns_at_end: bool
-    ) -> Iterator[Simulated]:
+    def _sequence(self, throws: Sequence[Throw], noise_seed: int, *, returns_at_end: bool) -> Iterator[Simulated]:
         noise_seed = checked_integer("noise_seed", noise_seed, 0)
         for throw in throws:  # before anything is simulated
             checked_cup(throw.cup)
@@ -146,9 +131,7 @@ class CastSimulator:
                     start = Start(contact.end, throw.cast.bearing)
             yield simulated
 
-    def _simulate(
-        self, cast: Cast, cup: Position | None, noise_seed: int, start: Start | None = None
-    ) -> Simulated:
+    def _simulate(self, cast: Cast, cup: Position | None, noise_seed: int, start: Start | None = None) -> Simulated:
         cup = None if cup is None else checked_cup(cup)
         free = self._contact_free.run(cast, cup, checked_integer("noise_seed", noise_seed, 0), start)
         contact = self._contact.settle(free) if free.comes_near and not free.has_diverged else None
@@ -193,9 +176,7 @@ def _shared_simulator(scenario: Scenario) -> CastSimulator:
 _one_at_a_time = threading.RLock()  # whoever is told of an outcome may simulate something else
 
 
-def simulate_cast(
-    scenario: Scenario, cast: Cast, cup: Position | None = None, *, noise_seed: int = 0
-) -> Outcome:
+def simulate_cast(scenario: Scenario, cast: Cast, cup: Position | None = None, *, noise_seed: int = 0) -> Outcome:
     """Simulate one cast, in a simulator that is kept for the next ones.
 
     Threads take turns, since Drake's Python systems are not made for several at once; use processes to go faster.

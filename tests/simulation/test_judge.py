@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import LeafSystem
 
 from wam_cast.cast import Cast
 from wam_cast.motion.stages import CastMotion
-from wam_cast.robot.plant import N_ARM, fill_plant, hanging_positions, make_arm_plant, starting_posture
-from wam_cast.robot.station import Log
+from wam_cast.robot.plant import N_ARM, hanging_positions, make_arm_plant, starting_posture
+from wam_cast.robot.station import CastStation, Log
 from wam_cast.robot.station_state import StationState
 from wam_cast.scenario import Cup, Scenario
 from wam_cast.simulation.contact_free import ContactFree
@@ -143,11 +143,26 @@ def scenario():
     return Scenario().model_copy(update={"cup": cup.model_copy(update={"rim_height": rim_height})})
 
 
+class Silent(LeafSystem):
+    """A controller that does not say what it wants of the hand."""
+
+    def __init__(self):
+        super().__init__()
+        self.DeclareVectorInputPort("arm_state", N_ARM * 2)
+        self.DeclareVectorOutputPort("actuation", N_ARM, lambda context, output: output.SetZero())
+
+    def set_cast(self, context, cast):
+        pass
+
+
 @pytest.fixture(scope="module")
-def plant(scenario):
-    plant = MultibodyPlant(time_step=0.0)
-    fill_plant(plant, scenario)
-    return plant
+def station(scenario):
+    return CastStation(scenario, has_scene=False, controller=Silent())
+
+
+@pytest.fixture(scope="module")
+def plant(station):
+    return station.plant
 
 
 @pytest.fixture(scope="module")
@@ -179,8 +194,8 @@ def contact_free(scenario, cast, log):
 
 
 @pytest.mark.parametrize("joint", range(N_ARM))
-def test_each_joint_has_a_stop_at_either_end_of_its_range(plant, scenario, hanging, joint):
-    judge = Judge(scenario, plant)
+def test_each_joint_has_a_stop_at_either_end_of_its_range(plant, station, hanging, joint):
+    judge = Judge(station)
     for stops, outward in ((plant.GetPositionLowerLimits(), -1), (plant.GetPositionUpperLimits(), 1)):
         positions = np.tile(hanging, (3, 1))
         positions[1, joint] = stops[joint] - 1e-3 * outward
@@ -202,12 +217,14 @@ def unfolding(plant, scenario, hanging, fold, fold_rate):
     return log_of(plant, positions, velocities)
 
 
-def test_string_is_slack_by_its_state_at_the_landing_whatever_it_is_afterwards(plant, scenario, hanging):
+def test_string_is_slack_by_its_state_at_the_landing_whatever_it_is_afterwards(
+    plant, station, scenario, hanging
+):
     cast, length = Cast(0.3, 0.6, 0.1), scenario.string.length
     time = 0.01 * np.arange(41)
     # It unfolds as the ball comes down: shorter by ABOVE at the rim plane, taut before the ball is all below it.
     log = unfolding(plant, scenario, hanging, 1.25 * (0.4 - time), np.full(41, -1.25))
-    outcome = Judge(scenario, plant).outcome(contact_free(scenario, cast, log))
+    outcome = Judge(station).outcome(contact_free(scenario, cast, log))
     assert outcome.limits_hit == ()
     assert outcome.crossing_time == pytest.approx(0.4 - np.arccos(1 - ABOVE / length) / 1.25, abs=1e-6)
     np.testing.assert_allclose(outcome.landing, [scenario.motion.start_radius, 0.0], atol=1e-9)
@@ -215,10 +232,10 @@ def test_string_is_slack_by_its_state_at_the_landing_whatever_it_is_afterwards(p
     assert outcome.slack == pytest.approx(0.0, abs=1e-6)
 
 
-def test_hand_is_scored_against_what_the_controller_wanted_of_it(plant, scenario, hanging):
+def test_hand_is_scored_against_what_the_controller_wanted_of_it(plant, station, scenario, hanging):
     log = log_of(plant, np.tile(hanging, (31, 1)))
     p_WE = np.array([scenario.motion.start_radius, 0.0, scenario.motion.start_height])
-    judge, cast = Judge(scenario, plant), Cast(0.3, 0.6, 0.1)
+    judge, cast = Judge(station), Cast(0.3, 0.6, 0.1)
     assert np.isnan(judge.outcome(contact_free(scenario, cast, log)).peak_tracking_error)
     desired = np.tile([*p_WE, 0, 0, 0], (31, 1))
     desired[20, :3] += [0.03, -0.04, 0.0]

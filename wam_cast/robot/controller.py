@@ -53,7 +53,9 @@ class MeasuredArm:
     def __init__(self, plant: MultibodyPlant) -> None:
         self.plant = plant
         self.context: Context = plant.CreateDefaultContext()
+        self._world = plant.world_frame()
         self._hand = plant.GetFrameByName("tool_plate")
+        self._hand_body = self._hand.body()
         self.measure(np.zeros(2 * N_ARM))
 
     def measure(self, state: Array) -> None:
@@ -63,34 +65,32 @@ class MeasuredArm:
 
     def __deepcopy__(self, memo: object) -> Self:
         # A cloned diagram context must not share the arm's context with the one that it came from.
-        clone = type(self)(self.plant)
-        clone.measure(self.state)
-        return clone
+        return type(self)(self.plant)
 
     @property
     def p_WE(self) -> Array:
         """The hand's position [m], (3,)."""
-        return np.asarray(self._hand.body().EvalPoseInWorld(self.context).translation())
+        p_WE: Array = self._hand_body.EvalPoseInWorld(self.context).translation()
+        return p_WE
 
     @property
     def v_WE(self) -> Array:
         """The hand's velocity [m/s], (3,)."""
-        return np.asarray(self.Jv_WE @ self.v)
+        return self.Jv_WE @ self.v
 
     @property
     def Jv_WE(self) -> Array:
         """The hand's translational Jacobian, (3, 7): v_WE = Jv_WE v."""
-        world = self.plant.world_frame()
-        return np.asarray(
-            self.plant.CalcJacobianTranslationalVelocity(
-                self.context, JacobianWrtVariable.kV, self._hand, _ORIGIN, world, world
-            )
+        J: Array = self.plant.CalcJacobianTranslationalVelocity(
+            self.context, JacobianWrtVariable.kV, self._hand, _ORIGIN, self._world, self._world
         )
+        return J
 
     @property
     def holding_torque(self) -> Array:
         """The torque that carries the arm's own weight [N m], (7,)."""
-        return np.asarray(-self.plant.CalcGravityGeneralizedForces(self.context))
+        weight: Array = self.plant.CalcGravityGeneralizedForces(self.context)
+        return -weight
 
 
 class Desired(NamedTuple):
@@ -143,20 +143,14 @@ class ArmController(LeafSystem):
             ),
             prerequisites_of_calc={cast},
         )
-        # An entry of its own, since port and torque both ask for it, and a turn's takes its time.
-        self._desired = self.DeclareCacheEntry(
-            description="desired hand",
-            value_producer=ValueProducer(
-                allocate=lambda: AbstractValue.Make(object()), calc=self._calc_desired
-            ),
-            prerequisites_of_calc={time, cast},
-        )
+        # Not a result but a place to compute in, one for each context: whoever uses it measures first.
         self._arm = self.DeclareCacheEntry(
             description="measured arm",
             value_producer=ValueProducer(
-                allocate=lambda: AbstractValue.Make(MeasuredArm(self.plant)), calc=self._calc_arm
+                allocate=lambda: AbstractValue.Make(MeasuredArm(self.plant)),
+                calc=lambda _context, _value: None,
             ),
-            prerequisites_of_calc={arm_state},
+            prerequisites_of_calc={self.nothing_ticket()},
         )
         self.DeclareVectorOutputPort("actuation", N_ARM, self._calc_actuation, {time, cast, arm_state})
         self.DeclareVectorOutputPort("hand", 6, self._calc_hand, {arm_state})
@@ -193,24 +187,23 @@ class ArmController(LeafSystem):
         cast = self.get_cast(context)
         value.set_value(CastMotion(self.scenario, cast, start_bearing=start_bearing, cup_radius=cup_radius))
 
-    def _calc_desired(self, context: Context, value: AbstractValue) -> None:
-        time, motion = context.get_time(), self._motion.Eval(context)
-        value.set_value(Desired(*self.hand_desired(time, motion), time, motion))
-
-    def _calc_arm(self, context: Context, value: AbstractValue) -> None:
-        value.get_value().measure(self._input.Eval(context))
+    def _measured(self, context: Context) -> MeasuredArm:
+        arm: MeasuredArm = self._arm.Eval(context)
+        arm.measure(self._input.Eval(context))
+        return arm
 
     def _calc_actuation(self, context: Context, output: BasicVector) -> None:
-        torque = self.torque(self._arm.Eval(context), self._desired.Eval(context))
-        output.SetFromVector(saturate(torque, self.torque_limits))
+        time, motion = context.get_time(), self._motion.Eval(context)
+        desired = Desired(*self.hand_desired(time, motion), time, motion)
+        output.SetFromVector(saturate(self.torque(self._measured(context), desired), self.torque_limits))
 
     def _calc_hand(self, context: Context, output: BasicVector) -> None:
-        arm: MeasuredArm = self._arm.Eval(context)
+        arm = self._measured(context)
         output.SetFromVector(np.concatenate([arm.p_WE, arm.v_WE]))
 
     def _calc_hand_desired(self, context: Context, output: BasicVector) -> None:
-        desired: Desired = self._desired.Eval(context)
-        output.SetFromVector(np.concatenate([desired.p_WE, desired.v_WE]))
+        desired = self.hand_desired(context.get_time(), self._motion.Eval(context))
+        output.SetFromVector(np.concatenate(desired))
 
     def _calc_stage(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector([self._motion.Eval(context).stage(context.get_time())])

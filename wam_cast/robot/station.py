@@ -21,7 +21,7 @@ from wam_cast.casting_plane import to_casting_plane
 from wam_cast.errors import InputError
 from wam_cast.motion.stages import CastMotion
 from wam_cast.robot.ball_tracker import BallTracker
-from wam_cast.robot.controller import CastController
+from wam_cast.robot.controller import ArmController, CastController
 from wam_cast.robot.encoders import Encoders, encoder_resolution
 from wam_cast.robot.noise import TorqueNoise, executed_cast, swing_at_start
 from wam_cast.robot.plant import (
@@ -55,7 +55,7 @@ class Log(NamedTuple):
     torques
         Of the motors [N m], shape (n, 7): what was held up to each time.
     hand_desired
-        What the controller wants the hand to do: p_WE [m] and v_WE [m/s], shape (n, 6); nan if it does not say.
+        What the controller's port of that name said, shape (n, 6); nan if it has none, or says the same by a method.
     """
 
     times: Array
@@ -77,8 +77,8 @@ class CastStation:
 
     Exported output ports: `state` (all positions and velocities), `arm_state` (q and v of the arm, 14), `ball_position` and
     `ball_velocity` (p_WL, v_WL), `torque` (the motors', held between samples, 7), and of the controller's, if it has them, `hand`
-    and `hand_desired` (p_WE and v_WE, 6; `hand` as the controller measures it) and `stage` (1). Logs of `state`, `torque` and
-    `hand_desired`, a sample per control period, are what outcomes are made from.
+    and `hand_desired` (p_WE and v_WE, 6; `hand` as the controller measures it) and `stage` (1). Logs of `state`, `torque` and,
+    where the controller is no `ArmController`, `hand_desired`, a sample per control period, are what outcomes are made from.
 
     Parameters
     ----------
@@ -211,7 +211,8 @@ class CastStation:
 
     def _add_logs(self, builder: DiagramBuilder) -> None:
         ports = {"state": self.plant.get_state_output_port(), "torque": self.hold.get_output_port()}
-        if self.controller.HasOutputPort("hand_desired"):
+        # An ArmController says it by a method as well, where it is asked for; in every sample it would cost a tenth of a cast.
+        if self.controller.HasOutputPort("hand_desired") and not isinstance(self.controller, ArmController):
             ports["hand_desired"] = self.controller.GetOutputPort("hand_desired")
         period = self.scenario.controller.period
         self._logs = {
@@ -310,6 +311,12 @@ class CastStation:
         values = {name: log.data().T.copy() for name, log in logs.items()}
         desired = values.get("hand_desired", np.full((len(times), 6), np.nan))
         return Log(times, values["state"], values["torque"], desired)
+
+    def hand_desired(self, log: Log, motion: CastMotion) -> Array:
+        """Return p_WE [m], (n, 3), that the controller wanted of the hand in the samples of a `motion`; nan if it does not say."""
+        if isinstance(self.controller, ArmController):
+            return np.array([self.controller.hand_desired(t, motion)[0] for t in log.times])
+        return log.hand_desired[:, :3]
 
     def graph(self) -> str:
         """Return a drawing of the diagram in Graphviz's language: parts, ports and connections, without the logs' inside."""

@@ -66,7 +66,7 @@ class Outcome:
     peak_load, peak_speed
         Per joint, the peak utilization of the motors' torque and of the velocity limit, each of shape (7,).
     peak_tracking_error
-        The hand's largest distance from the controller's reference, its port `hand_desired` [m]; nan if it has no such port.
+        The hand's largest distance from where the controller wants it, its `hand_desired` [m]; nan if it does not say.
     limits_hit
         Which limits the arm met, such as `("joint 4 speed",)`.
     end_time

@@ -50,9 +50,9 @@ class CastSimulator:
         self.scenario = scenario
         self._make_controller = make_controller
         self._contact_free = ContactFreePhase(scenario, make_controller(scenario))
-        plant = self._contact_free.station.plant
-        self._kinematics = Kinematics(plant)
-        self._judge = Judge(scenario, plant)
+        self._station = self._contact_free.station
+        self._kinematics = Kinematics(self._station.plant)
+        self._judge = Judge(self._station)
 
     @cached_property
     def _contact(self) -> ContactPhase:
@@ -135,7 +135,7 @@ class CastSimulator:
         noise_seed = checked_whole_number("noise_seed", noise_seed, 0)
         for throw in throws:  # before anything is simulated
             checked_cup(throw.cup)
-            self._contact_free.station.check_bearing(throw.cast.bearing, is_first=throw is throws[0])
+            self._station.check_bearing(throw.cast.bearing, is_first=throw is throws[0])
         start = None
         for i, throw in enumerate(throws):
             simulated = self._simulate(throw.cast, throw.cup, noise_seed + i, start)
@@ -180,7 +180,7 @@ class CastSimulator:
             p_WL=p_WL,
             v_WL=v_WL,
             p_WE=p_WE,
-            p_WE_desired=log.hand_desired[:, :3],
+            p_WE_desired=self._station.hand_desired(log, motion),
             stages=np.array([motion.stage(t) for t in log.times]),
         )
 

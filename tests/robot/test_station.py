@@ -9,6 +9,7 @@ from pydrake.systems.framework import LeafSystem
 
 from wam_cast.arm_model import arm_coulomb_friction, models_directory
 from wam_cast.cast import Cast
+from wam_cast.errors import InputError
 from wam_cast.motion.stages import CastMotion
 from wam_cast.robot.station import FRICTION_SPEED, CastStation
 from wam_cast.scenario import Scenario
@@ -295,3 +296,18 @@ def test_arm_works_against_its_friction():
         errors.append(worst)
     assert errors[1] < 0.015
     assert abs(errors[1] - errors[0]) > 1e-4  # and it feels it
+
+
+def test_what_has_no_geometry_cannot_be_shown():
+    with pytest.raises(InputError, match="leave has_scene=False out"):
+        CastStation(Scenario(), has_scene=False, meshcat=object())
+
+
+def test_cast_is_set_without_touching_anything_else(contact_free):
+    context = contact_free.diagram.CreateDefaultContext()
+    contact_free.set_start(context, CAST)
+    state = context.get_continuous_state_vector().CopyToVector()
+    other = Cast(0.25, 0.4, 0.3, bearing=0.2)
+    contact_free.set_cast(context, other, (0.5, 0.1))
+    assert contact_free.controller.get_cast(contact_free.controller.GetMyContextFromRoot(context)) == other
+    np.testing.assert_array_equal(context.get_continuous_state_vector().CopyToVector(), state)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
+from wam_cast.robot.drake_types import evaluate
+
 
 class BallTracker(LeafSystem):
     """Picks the ball out of the plant's body poses and velocities: -> position p_WL [m] (3), velocity v_WL [m/s] (3)."""
@@ -19,7 +21,7 @@ class BallTracker(LeafSystem):
         self.DeclareVectorOutputPort("velocity", 3, self._calc_velocity, {self._velocities.ticket()})
 
     def _calc_position(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._poses.Eval(context)[self._ball].translation())
+        output.SetFromVector(evaluate(self._poses, context)[self._ball].translation())
 
     def _calc_velocity(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._velocities.Eval(context)[self._ball].translational())
+        output.SetFromVector(evaluate(self._velocities, context)[self._ball].translational())

@@ -9,11 +9,12 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JacobianWrtVariable
-from pydrake.systems.framework import BasicVector, Context, LeafSystem, NumericParameterIndex, ValueProducer
+from pydrake.systems.framework import BasicVector, Context, LeafSystem, NumericParameterIndex
 from scipy.linalg.lapack import dposv
 
 from wam_cast.cast import Cast
 from wam_cast.motion.stages import CastMotion
+from wam_cast.robot.drake_types import declare_cache_entry, evaluate, held
 from wam_cast.robot.plant import N_ARM, make_arm_plant, starting_posture
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array
@@ -133,23 +134,12 @@ class ArmController(LeafSystem):
         self.plant = make_arm_plant(scenario)
         self.torque_limits: Array = self.plant.GetEffortUpperLimits()
         self._input = self.DeclareVectorInputPort("arm_state", 2 * N_ARM)
-        self._cast_index = self.DeclareNumericParameter(BasicVector([0.3, 0.6, 0.1, 0.0, 0.0, math.nan]))
+        self._cast_index = self.DeclareNumericParameter(BasicVector(np.array([0.3, 0.6, 0.1, 0.0, 0.0, math.nan])))
         time, arm_state = self.time_ticket(), self._input.ticket()
         cast = self.numeric_parameter_ticket(NumericParameterIndex(self._cast_index))
-        self._motion = self.DeclareCacheEntry(
-            description="motion",
-            value_producer=ValueProducer(
-                allocate=lambda: AbstractValue.Make(object()),  # Drake 1.58 refuses None
-                calc=self._calc_motion,
-            ),
-            prerequisites_of_calc={cast},
-        )
-        self._arm = self.DeclareCacheEntry(
-            description="measured arm",
-            value_producer=ValueProducer(
-                allocate=lambda: AbstractValue.Make(MeasuredArm(self.plant)), calc=self._calc_arm
-            ),
-            prerequisites_of_calc={arm_state},
+        self._motion = declare_cache_entry(self, "motion", object, self._calc_motion, {cast})  # 1.58 refuses None
+        self._arm = declare_cache_entry(
+            self, "measured arm", lambda: MeasuredArm(self.plant), self._calc_arm, {arm_state}
         )
         self.DeclareVectorOutputPort("actuation", N_ARM, self._calc_actuation, {time, cast, arm_state})
         self.DeclareVectorOutputPort("hand", 6, self._calc_hand, {arm_state})
@@ -173,7 +163,7 @@ class ArmController(LeafSystem):
         """Set in this system's own `context` the cast, and what else its motion depends on: see `CastMotion`."""
         parameter = context.get_mutable_numeric_parameter(self._cast_index)
         radius = math.nan if cup_radius is None else cup_radius
-        parameter.SetFromVector([cast.distance, cast.speed, cast.wait, cast.bearing, start_bearing, radius])
+        parameter.SetFromVector(np.array([*cast.to_array(), cast.bearing, start_bearing, radius]))
 
     def get_cast(self, context: Context) -> Cast:
         """Return the cast in this system's own `context`."""
@@ -187,25 +177,25 @@ class ArmController(LeafSystem):
         value.set_value(CastMotion(self.scenario, cast, start_bearing=start_bearing, cup_radius=cup_radius))
 
     def _desired(self, context: Context) -> Desired:
-        time, motion = context.get_time(), self._motion.Eval(context)
+        time, motion = context.get_time(), evaluate(self._motion, context)
         return Desired(*self.hand_desired(time, motion), time, motion)
 
     def _calc_arm(self, context: Context, value: AbstractValue) -> None:
-        value.get_value().measure(self._input.Eval(context))
+        held(value).measure(evaluate(self._input, context))
 
     def _calc_actuation(self, context: Context, output: BasicVector) -> None:
-        torque = self.torque(self._arm.Eval(context), self._desired(context))
+        torque = self.torque(evaluate(self._arm, context), self._desired(context))
         output.SetFromVector(saturate(torque, self.torque_limits))
 
     def _calc_hand(self, context: Context, output: BasicVector) -> None:
-        arm: MeasuredArm = self._arm.Eval(context)
+        arm: MeasuredArm = evaluate(self._arm, context)
         output.SetFromVector(np.concatenate([arm.p_WE, arm.v_WE]))
 
     def _calc_hand_desired(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(np.concatenate(self._desired(context)[:2]))
 
     def _calc_stage(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector([self._motion.Eval(context).stage(context.get_time())])
+        output.SetFromVector(np.array([evaluate(self._motion, context).stage(context.get_time())], dtype=float))
 
 
 class CastController(ArmController):

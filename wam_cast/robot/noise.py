@@ -17,6 +17,7 @@ from pydrake.systems.framework import AbstractParameterIndex, BasicVector, Conte
 from wam_cast.cast import Cast
 from wam_cast.constants import GRAVITY
 from wam_cast.robot.controller import saturate
+from wam_cast.robot.drake_types import evaluate, held
 from wam_cast.robot.plant import N_ARM
 from wam_cast.scenario import Noise, Scenario
 from wam_cast.types import Array
@@ -110,6 +111,6 @@ class TorqueNoise(LeafSystem):
     def _calc_torque(self, context: Context, output: BasicVector) -> None:
         # A sample's time may fall short of it by rounding.
         sample = math.floor(context.get_time() / self._period + 1e-6)
-        seed = context.get_abstract_parameter(self._seed_index).get_value()
+        seed = held(context.get_abstract_parameter(self._seed_index))
         noise = self._deviation * torque_deviates(seed, sample)
-        output.SetFromVector(saturate(self._input.Eval(context) + noise, self._limits))
+        output.SetFromVector(saturate(evaluate(self._input, context) + noise, self._limits))

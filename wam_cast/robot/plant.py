@@ -30,6 +30,7 @@ from scipy.optimize import brentq
 from wam_cast.arm_model import arm_model_path
 from wam_cast.errors import InputError
 from wam_cast.robot.cup_mesh import cup_mesh
+from wam_cast.robot.drake_types import translation
 from wam_cast.scenario import Ball, Cup, Scenario, String
 from wam_cast.types import Array
 
@@ -61,7 +62,7 @@ def add_arm(plant: MultibodyPlant, scenario: Scenario) -> ModelInstanceIndex:
     """Add the WAM, hanging from the ceiling above the world's origin; return its model instance."""
     with _quiet_about_joint_friction():
         (arm,) = Parser(plant).AddModels(arm_model_path())
-    X_WB = RigidTransform(RollPitchYaw(np.pi, 0, 0), [0, 0, scenario.arm.mount_height])
+    X_WB = translation([0, 0, scenario.arm.mount_height], RollPitchYaw(np.pi, 0, 0).ToRotationMatrix())
     plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("base", arm), X_WB)
     return arm
 
@@ -78,19 +79,21 @@ def add_string(plant: MultibodyPlant, string: String, parent_frame: Frame) -> Fr
     inertia = SpatialInertia(
         string.mass / string.n_links,
         np.array([0, 0, link_length / 2]),
-        UnitInertia.ThinRod(link_length, [0, 0, 1]).ShiftFromCenterOfMass([0, 0, -link_length / 2]),
+        UnitInertia.ThinRod(link_length, np.array([0.0, 0.0, 1.0])).ShiftFromCenterOfMass(
+            np.array([0.0, 0.0, -link_length / 2])
+        ),
     )
     for i in range(string.n_links):
         link = plant.AddRigidBody(f"string_link{i}", model, inertia)
         damping = string.hook_damping if i == 0 else string.bending_damping / link_length
         plant.AddJoint(UniversalJoint(f"string_joint{i}", parent_frame, link.body_frame(), damping))
         parent_frame = plant.AddFrame(
-            FixedOffsetFrame(f"string_end{i}", link.body_frame(), RigidTransform([0.0, 0.0, link_length]))
+            FixedOffsetFrame(f"string_end{i}", link.body_frame(), translation([0, 0, link_length]))
         )
         if plant.geometry_source_is_registered():
-            X_LinkGeometry = RigidTransform([0.0, 0.0, link_length / 2])
+            X_LinkGeometry = translation([0, 0, link_length / 2])
             thread = Cylinder(0.0020, link_length)
-            plant.RegisterVisualGeometry(link, X_LinkGeometry, thread, f"string_link{i}", STRING_COLOR)
+            plant.RegisterVisualGeometry(link, X_LinkGeometry, thread, f"string_link{i}", np.array(STRING_COLOR))
     return parent_frame
 
 
@@ -103,7 +106,7 @@ def add_ball(
     plant.WeldFrames(string_end, body.body_frame())
     if plant.geometry_source_is_registered():
         shape = Sphere(ball.radius)
-        plant.RegisterVisualGeometry(body, RigidTransform(), shape, "ball", BALL_COLOR)
+        plant.RegisterVisualGeometry(body, RigidTransform(), shape, "ball", np.array(BALL_COLOR))
         if contact is not None:
             plant.RegisterCollisionGeometry(body, RigidTransform(), shape, "ball", contact)
     return body
@@ -146,7 +149,7 @@ def add_cup(plant: MultibodyPlant, cup: Cup) -> None:
     # The cup stands still, so its inertia matters to nothing but the plant's checks.
     body = plant.AddRigidBody("cup", model, SpatialInertia.SolidSphereWithMass(0.1, cup.outer_radius))
     mount = plant.AddFrame(
-        FixedOffsetFrame("cup_mount", plant.world_frame(), RigidTransform([0, 0, cup.rim_height]), model)
+        FixedOffsetFrame("cup_mount", plant.world_frame(), translation([0, 0, cup.rim_height]), model)
     )
     plant.WeldFrames(mount, body.body_frame())
     material = contact_material(cup)
@@ -158,15 +161,15 @@ def add_cup(plant: MultibodyPlant, cup: Cup) -> None:
         X_CWall = RigidTransform(R_CWall, p_CWall)
         plant.RegisterCollisionGeometry(body, X_CWall, wall, f"cup_wall{i}", material)
     bottom = Cylinder(cup.outer_radius, cup.bottom_thickness)
-    X_CBottom = RigidTransform([0.0, 0.0, cup.bottom_thickness / 2 - cup.rim_height])
+    X_CBottom = translation([0, 0, cup.bottom_thickness / 2 - cup.rim_height])
     plant.RegisterCollisionGeometry(body, X_CBottom, bottom, "cup_bottom", material)
-    plant.RegisterVisualGeometry(body, RigidTransform(), cup_mesh(cup), "cup", CUP_COLOR)
+    plant.RegisterVisualGeometry(body, RigidTransform(), cup_mesh(cup), "cup", np.array(CUP_COLOR))
     slab = Box(6, 6, 0.2)
-    X_WSlab = RigidTransform([0.0, 0.0, -0.1])
+    X_WSlab = translation([0, 0, -0.1])
     plant.RegisterCollisionGeometry(plant.world_body(), X_WSlab, slab, "floor", material)
     patch = Cylinder(FLOOR_RADIUS, 0.02)
-    X_WPatch = RigidTransform([0.0, 0.0, -0.01])
-    plant.RegisterVisualGeometry(plant.world_body(), X_WPatch, patch, "floor", FLOOR_COLOR)
+    X_WPatch = translation([0, 0, -0.01])
+    plant.RegisterVisualGeometry(plant.world_body(), X_WPatch, patch, "floor", np.array(FLOOR_COLOR))
 
 
 def add_hook(plant: MultibodyPlant) -> Frame:
@@ -208,7 +211,7 @@ def starting_posture(arm_plant: MultibodyPlant, scenario: Scenario, bearing: flo
     """
     motion = scenario.motion
     context = arm_plant.CreateDefaultContext()
-    arm_plant.SetPositions(context, [0, 0, 0, 0, 0, scenario.arm.wrist_pitch, 0])
+    arm_plant.SetPositions(context, np.array([0, 0, 0, 0, 0, scenario.arm.wrist_pitch, 0]))
 
     def point_in_base(frame_name: str) -> Array:
         frame, base = arm_plant.GetFrameByName(frame_name), arm_plant.GetFrameByName("base")

@@ -5,12 +5,12 @@ from __future__ import annotations
 import inspect
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, SceneGraph
-from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.math import RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, OutputPort
 from pydrake.systems.primitives import Adder, LogVectorOutput, MatrixGain, Saturation, ZeroOrderHold
@@ -22,6 +22,7 @@ from wam_cast.errors import InputError
 from wam_cast.motion.stages import CastMotion
 from wam_cast.robot.ball_tracker import BallTracker
 from wam_cast.robot.controller import CastController
+from wam_cast.robot.drake_types import add_system, translation
 from wam_cast.robot.encoders import Encoders, encoder_resolution
 from wam_cast.robot.noise import TorqueNoise, executed_cast, swing_at_start
 from wam_cast.robot.plant import HOOK, N_ARM, fill_plant, hanging_positions, make_arm_plant, starting_posture
@@ -113,28 +114,29 @@ class CastStation:
         self._torque_noise: TorqueNoise | None = None
         self._arm_plant = make_arm_plant(scenario)
         self._q_start = starting_posture(self._arm_plant, scenario)
-        self.controller: LeafSystem = builder.AddNamedSystem("controller", controller)
-        self.hold: ZeroOrderHold = builder.AddNamedSystem("hold", ZeroOrderHold(scenario.controller.period, N_ARM))
-        self.ball_tracker: BallTracker = builder.AddNamedSystem("ball_tracker", BallTracker(self.plant))
+        self.controller: LeafSystem = add_system(builder, "controller", controller)
+        self.hold = add_system(builder, "hold", ZeroOrderHold(scenario.controller.period, N_ARM))
+        self.ball_tracker = add_system(builder, "ball_tracker", BallTracker(self.plant))
         self._connect(builder)
         self._export(builder)
         self._add_logs(builder)
         self.visualizer: MeshcatVisualizer | None = None
         if meshcat is not None:
+            if self.scene_graph is None:
+                raise InputError("meshcat: a station without geometry has nothing to show; leave has_scene=False out")
             parameters = MeshcatVisualizerParams(publish_period=1 / 64)
             self.visualizer = MeshcatVisualizer.AddToBuilder(builder, self.scene_graph, meshcat, parameters)
         self.diagram: Diagram = builder.Build()
         self.diagram.set_name("cast_station")
 
     def _add_plant(self, builder: DiagramBuilder, has_scene: bool) -> None:
-        self.plant: MultibodyPlant = builder.AddNamedSystem("plant", MultibodyPlant(time_step=0.0))
+        self.plant = add_system(builder, "plant", MultibodyPlant(time_step=0.0))
         self.scene_graph: SceneGraph | None = None
         if has_scene:
-            self.scene_graph = builder.AddNamedSystem("scene_graph", SceneGraph())
-            self.plant.RegisterAsSourceForSceneGraph(self.scene_graph)
-            source = self.plant.get_source_id()
-            builder.Connect(self.plant.get_geometry_pose_output_port(), self.scene_graph.get_source_pose_port(source))
-            builder.Connect(self.scene_graph.get_query_output_port(), self.plant.get_geometry_query_input_port())
+            graph = self.scene_graph = add_system(builder, "scene_graph", SceneGraph())
+            source = self.plant.RegisterAsSourceForSceneGraph(graph)
+            builder.Connect(self.plant.get_geometry_pose_output_port(), graph.get_source_pose_port(source))
+            builder.Connect(graph.get_query_output_port(), self.plant.get_geometry_query_input_port())
         fill_plant(self.plant, self.scenario)
 
     def _connect(self, builder: DiagramBuilder) -> None:
@@ -157,26 +159,25 @@ class CastStation:
 
     def _add_encoders(self, builder: DiagramBuilder, arm_state: OutputPort) -> OutputPort:
         resolution = encoder_resolution(self.plant, self.scenario.noise.encoder_counts)
-        encoders = builder.AddNamedSystem("encoders", Encoders(resolution, self.scenario.controller.period))
+        encoders = add_system(builder, "encoders", Encoders(resolution, self.scenario.controller.period))
         builder.Connect(arm_state, encoders.get_input_port())
         return encoders.get_output_port()
 
     def _add_torque_noise(self, builder: DiagramBuilder, commanded: OutputPort) -> OutputPort:
         limits, period = self.plant.GetEffortUpperLimits(), self.scenario.controller.period
-        self._torque_noise = builder.AddNamedSystem(
-            "torque_noise", TorqueNoise(self.scenario.noise.torque, limits, period)
-        )
-        builder.Connect(commanded, self._torque_noise.get_input_port())
-        return self._torque_noise.get_output_port()
+        noise = add_system(builder, "torque_noise", TorqueNoise(self.scenario.noise.torque, limits, period))
+        self._torque_noise = noise
+        builder.Connect(commanded, noise.get_input_port())
+        return noise.get_output_port()
 
     def _add_friction(self, builder: DiagramBuilder, torque: OutputPort) -> OutputPort:
         """Take the joints' Coulomb friction from `torque`; Drake's own blocks keep Python out of the integrator's steps."""
         friction = self.scenario.arm.coulomb_friction * arm_coulomb_friction()
         select_v = np.hstack([np.zeros((N_ARM, N_ARM)), np.eye(N_ARM) / FRICTION_SPEED])
-        relative_speed = builder.AddNamedSystem("relative_speed", MatrixGain(select_v))
-        direction = builder.AddNamedSystem("direction", Saturation(-np.ones(N_ARM), np.ones(N_ARM)))
-        friction_torque = builder.AddNamedSystem("friction_torque", MatrixGain(-np.diag(friction)))
-        joint_torque = builder.AddNamedSystem("joint_torque", Adder(2, N_ARM))
+        relative_speed = add_system(builder, "relative_speed", MatrixGain(select_v))
+        direction = add_system(builder, "direction", Saturation(-np.ones(N_ARM), np.ones(N_ARM)))
+        friction_torque = add_system(builder, "friction_torque", MatrixGain(-np.diag(friction)))
+        joint_torque = add_system(builder, "joint_torque", Adder(2, N_ARM))
         builder.Connect(self.plant.get_state_output_port(self._arm), relative_speed.get_input_port())
         builder.Connect(relative_speed.get_output_port(), direction.get_input_port())
         builder.Connect(direction.get_output_port(), friction_torque.get_input_port())
@@ -205,7 +206,7 @@ class CastStation:
     ) -> CastMotion:
         """Return the motion that the arm executes when `cast` is commanded; see `set_start`."""
         executed = executed_cast(self.scenario.noise, cast, noise_seed)
-        radius = None if cup is None else to_casting_plane(np.array(cup), cast.bearing)[0]
+        radius = _cup_radius(cast, cup)
         return CastMotion(self.scenario, executed, start_bearing=start_bearing, cup_radius=radius)
 
     def set_start(
@@ -244,15 +245,24 @@ class CastStation:
             v[HOOK] += rates
         self.plant.SetPositions(plant_context, q)
         self.plant.SetVelocities(plant_context, v)
-        places = {"start_bearing": motion.start_bearing, "cup_radius": motion.cup_radius}
-        own = self.controller.GetMyMutableContextFromRoot(context)
-        self._set_cast(own, motion.cast, **(places if self._is_told_places else {}))
+        self._tell_controller(context, motion.cast, motion.start_bearing, motion.cup_radius)
         if self._torque_noise is not None:
             self._torque_noise.set_seed(self._torque_noise.GetMyMutableContextFromRoot(context), noise_seed)
         if cup is not None and self.scene_graph is not None:
             self.set_cup(context, cup)
         for log in self._logs.values():
             log.FindMutableLog(context).Clear()
+
+    def set_cast(
+        self, context: Context, cast: Cast, cup: Position | None = None, *, start_bearing: float = 0.0
+    ) -> None:
+        """Set the controller's cast in the diagram's `context`, and nothing else: see `set_start`."""
+        self.check_bearing(cast.bearing, is_first=start_bearing == 0)
+        self._tell_controller(context, cast, start_bearing, _cup_radius(cast, cup))
+
+    def _tell_controller(self, context: Context, cast: Cast, start_bearing: float, cup_radius: float | None) -> None:
+        places = {"start_bearing": start_bearing, "cup_radius": cup_radius} if self._is_told_places else {}
+        self._set_cast(self.controller.GetMyMutableContextFromRoot(context), cast, **places)
 
     def check_bearing(self, bearing: float, *, is_first: bool) -> None:
         """Raise `InputError` if joint 1 cannot turn to `bearing` [rad], or the controller start a cast at home alone."""
@@ -268,9 +278,9 @@ class CastStation:
 
         It is turned to face the base axis: so the flat boxes that make up its wall favour no bearing.
         """
-        mount = self.plant.GetFrameByName("cup_mount")
+        mount: Any = self.plant.GetFrameByName("cup_mount")  # a FixedOffsetFrame, which the stubs do not know
         R_WC = RotationMatrix.MakeZRotation(math.atan2(cup[1], cup[0]))
-        X_WC = RigidTransform(R_WC, [*cup, self.scenario.cup.rim_height])
+        X_WC = translation([*cup, self.scenario.cup.rim_height], R_WC)
         mount.SetPoseInParentFrame(self.plant.GetMyMutableContextFromRoot(context), X_WC)
 
     def state(self, context: Context) -> StationState:
@@ -301,3 +311,8 @@ class CastStation:
         """Return a drawing of the diagram in Graphviz's language: parts, ports and connections, without the logs' inside."""
         text: str = self.diagram.GetGraphvizString(max_depth=1)
         return text
+
+
+def _cup_radius(cast: Cast, cup: Position | None) -> float | None:
+    """Return the distance [m] of the cup's axis from the base axis along the casting plane, none without a cup."""
+    return None if cup is None else to_casting_plane(np.array(cup), cast.bearing)[0]

@@ -13,6 +13,7 @@ from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 from pydrake.systems.framework import LeafSystem
 
 from wam_cast.motion.stages import Stage
+from wam_cast.robot.drake_types import evaluate
 from wam_cast.robot.station import CastStation, Log
 from wam_cast.robot.station_state import StationState
 from wam_cast.scenario import Scenario
@@ -109,7 +110,7 @@ class ContactPhase:
         plant = self._station.plant
         cup = plant.GetBodyByName("cup").index()
         context = plant.GetMyContextFromRoot(self._simulator.get_context())
-        contacts = plant.get_contact_results_output_port().Eval(context)
+        contacts = evaluate(plant.get_contact_results_output_port(), context)
         pairs = (contacts.point_pair_contact_info(i) for i in range(contacts.num_point_pair_contacts()))
         return any(cup in (pair.bodyA_index(), pair.bodyB_index()) for pair in pairs)
 

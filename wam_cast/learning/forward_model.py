@@ -99,12 +99,7 @@ class ForwardModel:
     def from_hyperparameters(cls, data: CastDataset, sigma: ArrayLike, regularization: float) -> Self:
         """Fit to the training casts of a dataset, with a sigma (or ARD length scales) and a lambda chosen before.
 
-        The test casts stay closed.
-
-        Raises
-        ------
-        InputError
-            As from `fit`.
+        The test casts stay closed. Raises `InputError` as `fit` does.
         """
         return cls._fit_parts(data, split_casts(data), sigma, regularization, opens_test=False)
 
@@ -176,27 +171,13 @@ class ForwardModel:
 
     def save(self, path: str | Path) -> None:
         """Write the model to one file. Raises `InputError` if that cannot be done; then nothing is left behind."""
-        stored = StoredModel(
-            scenario=self.scenario,
-            training_casts=self.training_casts,
-            training_outputs=self.training_outputs,
-            training_log_ratios=self.uncertainty.log_ratios,
-            reach=self.reach,
-            info=self.info,
-            uncertainty=self.uncertainty.fit,
-        )
-        write_model(path, stored)
+        casts, outputs, log_ratios = self.training_casts, self.training_outputs, self.uncertainty.log_ratios
+        fitted = self.reach, self.info, self.uncertainty.fit
+        write_model(path, StoredModel(self.scenario, casts, outputs, log_ratios, *fitted))
 
     @classmethod
     def load(cls, path: str | Path, scenario: Scenario | None = None) -> Self:
-        """Read a model that `save` wrote.
-
-        Parameters
-        ----------
-        path
-            The file.
-        scenario
-            What the model is to be used with; without one, the scenario that it was made for.
+        """Read a model that `save` wrote, to use it with `scenario`; by default with the one that it was made for.
 
         Raises
         ------

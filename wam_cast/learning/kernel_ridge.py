@@ -144,8 +144,8 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         prediction : ndarray of shape (n,) or (n, n_outputs)
             As from `predict`, up to rounding.
         gradient : ndarray of shape (n, n_features) or (n, n_outputs, n_features)
-            Element `[i, o, j]` is d output `o` / d input `j` at row `i`, in units of the targets per unit of the original inputs; no
-            axis of outputs if the training targets were 1-D.
+            Element `[i, o, j]` is d output `o` / d input `j` at row `i`, in units of the targets per unit of the original inputs;
+            no axis of outputs if the training targets were 1-D.
         """
         rows = np.asarray(X, dtype=float)
         offsets = (rows[:, np.newaxis, :] - self.X_fit_) / self.length_scale_
@@ -187,7 +187,7 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         The closed form `[(K + λ I)^-1 (y - b)]_i / [(K + λ I)^-1]_ii` holds for any constant offset `b` (Rasmussen and Williams,
         Gaussian Processes for Machine Learning, Eq. 5.12). With `center_targets` it is evaluated at the mean of the other rows'
         targets, which makes it exact there too. The scaling of the inputs is that of this fit: refits agree exactly if given
-        `input_bounds`; without, they would move the scale whenever the row left out holds the smallest or largest value of an input.
+        `input_bounds`; without, they would move the scale whenever the row left out holds the least or greatest value of an input.
 
         Returns
         -------

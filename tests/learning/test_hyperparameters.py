@@ -54,17 +54,29 @@ def test_descent_reaches_the_minimum_of_a_dense_grid(validation_data, sigma0):
     assert grid[best - 1] < result.sigma < grid[best + 1]
 
 
+@pytest.mark.parametrize("tune_regularization", [False, True])
 @pytest.mark.parametrize("sigma0", [2.0, [2.0, 2.0, 2.0]])
-def test_descent_lowers_the_error_at_every_step_and_the_path_tells_the_truth(validation_data, sigma0):
-    result = tune_by_descent(ValidationLoss(*validation_data), sigma0=sigma0, regularization=0.1, max_steps=15)
+def test_descent_lowers_the_error_at_every_step_and_the_path_tells_the_truth(
+    validation_data, sigma0, tune_regularization
+):
+    result = tune_by_descent(
+        ValidationLoss(*validation_data),
+        sigma0=sigma0,
+        regularization=0.1,
+        tune_regularization=tune_regularization,
+        max_steps=15,
+    )
     n_points = len(result.rmse_path)
     assert 3 < n_points <= 16
     assert np.all(np.diff(result.rmse_path) < 0)
     assert result.sigma_path.shape == (n_points, *np.shape(sigma0))
     np.testing.assert_allclose(result.sigma_path[0], sigma0, rtol=1e-14)
-    np.testing.assert_array_equal(result.regularization_path, np.full(n_points, 0.1))
+    np.testing.assert_allclose(result.regularization_path[0], 0.1, rtol=1e-14)
+    assert np.all(result.regularization_path == 0.1) != tune_regularization
     for i in range(n_points):
-        error = validation_error(validation_data, sigma=result.sigma_path[i], regularization=0.1)
+        error = validation_error(
+            validation_data, sigma=result.sigma_path[i], regularization=result.regularization_path[i]
+        )
         np.testing.assert_allclose(result.rmse_path[i], np.sqrt(error), rtol=1e-8)
     np.testing.assert_array_equal(result.sigma, result.sigma_path[-1])
     assert result.regularization == result.regularization_path[-1]
@@ -83,7 +95,7 @@ def test_more_freedom_lowers_the_error(validation_data):
     loss = ValidationLoss(*validation_data)
     one = tune_by_descent(loss, sigma0=1.0, regularization=0.1)
     three = tune_by_descent(loss, sigma0=[one.sigma] * 3, regularization=0.1)
-    all_four = tune_by_lbfgs(loss, sigma0=three.sigma, regularization0=0.1)
+    all_four = tune_by_descent(loss, sigma0=three.sigma, regularization=0.1, tune_regularization=True)
     assert one.rmse > three.rmse > all_four.rmse
 
 
@@ -150,6 +162,7 @@ def test_singular_start_says_what_to_do(validation_data):
         ({"sigma0": -1.0}, r"sigma0=-1\.0 is not allowed.*> 0.*pass for example sigma0="),
         ({"sigma0": [1.0, 1.0]}, r"sigma0=\[1\.0, 1\.0\] is not allowed.*each of the 3 inputs"),
         ({"regularization": -1.0}, r"regularization=-1\.0 is not allowed"),
+        ({"regularization": 0, "tune_regularization": True}, r"regularization=0 .*> 0; pass for example"),
     ],
 )
 def test_descent_names_a_wrong_parameter_with_what_is_allowed(validation_data, options, message):
@@ -170,7 +183,7 @@ def test_lbfgs_ends_where_no_neighbour_is_better(data, sigma0):
     for factor in np.concatenate([0.95 + 0.05 * (1 - np.eye(best.size)), 1.05 - 0.05 * (1 - np.eye(best.size))]):
         *sigma, lam = best * factor
         if np.all((lower <= best * factor) & (best * factor <= upper)):
-            assert np.sqrt(loss(np.reshape(sigma, np.shape(sigma0)), lam).mean_squared) > result.rmse
+            assert loss(np.reshape(sigma, np.shape(sigma0)), lam).rmse > result.rmse
 
 
 @pytest.mark.slow
@@ -178,8 +191,8 @@ def test_lbfgs_ends_where_no_neighbour_is_better(data, sigma0):
 def test_lbfgs_reaches_the_minimum_of_a_grid(sigma0):
     loss = LeaveOneOutLoss(*sample(60))
     result = tune_by_lbfgs(loss, sigma0=sigma0)
-    sigmas, lams = np.geomspace(0.1, 10.0, 15), np.geomspace(1e-8, 1.0, 12)
-    assert result.rmse <= np.sqrt(min(loss(sigma, lam).mean_squared for sigma in sigmas for lam in lams))
+    grid = [loss(sigma, lam).rmse for sigma in np.geomspace(0.1, 10.0, 15) for lam in np.geomspace(1e-8, 1.0, 12)]
+    assert result.rmse <= min(grid)
 
 
 @pytest.mark.parametrize("sigma0", [2.0, [2.0, 2.0, 2.0]])
@@ -194,7 +207,7 @@ def test_lbfgs_lowers_the_error_at_every_step_and_the_path_tells_the_truth(data,
     np.testing.assert_allclose(result.regularization_path[0], 0.1, rtol=1e-14)
     for i in range(n_points):
         error = loss(result.sigma_path[i], result.regularization_path[i])
-        np.testing.assert_allclose(result.rmse_path[i], np.sqrt(error.mean_squared), rtol=1e-12)
+        np.testing.assert_allclose(result.rmse_path[i], error.rmse, rtol=1e-12)
     np.testing.assert_array_equal(result.sigma, result.sigma_path[-1])
     assert result.regularization == result.regularization_path[-1]
     assert result.rmse == result.rmse_path[-1]

@@ -59,6 +59,7 @@ def test_validation_loss_is_that_of_the_estimator_and_its_gradient_equals_differ
     by_log_lambda = (at(log_lambda_move=h) - at(log_lambda_move=-h)) / (2 * h)
 
     np.testing.assert_allclose(loss.mean_squared, at(), rtol=1e-9)
+    np.testing.assert_allclose(loss.rmse, np.sqrt(at()), rtol=1e-9)
     assert loss.d_log_sigma.shape == np.shape(sigma)
     np.testing.assert_allclose(loss.d_log_sigma, by_log_sigma, rtol=1e-5, atol=1e-9)
     np.testing.assert_allclose(loss.d_log_regularization, by_log_lambda, rtol=1e-5, atol=1e-9)

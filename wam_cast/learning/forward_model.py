@@ -138,8 +138,7 @@ class ForwardModel:
 
     def predict(self, casts: Array) -> Array:
         """Predict the `OUTPUTS` of casts `[distance, speed, wait]`, shape (n, 3): landing along first. Shape (n, 7)."""
-        prediction: Array = self._estimator.predict(casts)
-        return prediction
+        return self._estimator.predict(casts)
 
     def linearize(self, cast: Array) -> Linearization:
         """Return all that a planner asks about one cast `[distance, speed, wait]`, shape (3,)."""
@@ -148,8 +147,7 @@ class ForwardModel:
 
     def landing_with_gradient(self, casts: Array) -> tuple[Array, Array]:
         """Return the landing along the casting plane [m] of a few casts, shape (n,), and its derivative in SI units, (n, 3)."""
-        landing, gradient = self._landing_estimator.linearize(casts)
-        return landing, gradient
+        return self._landing_estimator.linearize(casts)
 
     def serves(self, scenario: Scenario) -> bool:
         """Return whether the model predicts the casts of `scenario`: the cup's shape may be another, and there may be noise.
@@ -171,9 +169,9 @@ class ForwardModel:
 
     def save(self, path: str | Path) -> None:
         """Write the model to one file. Raises `InputError` if that cannot be done; then nothing is left behind."""
-        casts, outputs, log_ratios = self.training_casts, self.training_outputs, self.uncertainty.log_ratios
-        fitted = self.reach, self.info, self.uncertainty.fit
-        write_model(path, StoredModel(self.scenario, casts, outputs, log_ratios, *fitted))
+        casts, outputs, learned = self.training_casts, self.training_outputs, self.uncertainty
+        stored = StoredModel(self.scenario, casts, outputs, learned.log_ratios, self.reach, self.info, learned.fit)
+        write_model(path, stored)
 
     @classmethod
     def load(cls, path: str | Path, scenario: Scenario | None = None) -> Self:

@@ -36,9 +36,6 @@ SIGMA_BOUNDS = (0.03, 30.0)
 REGULARIZATION_BOUNDS = (1e-10, 10.0)
 """Where it seeks λ: from what keeps any kernel matrix regular to noise far above the signal."""
 
-TOLERANCE = 1e-4
-"""A search has converged once changing any parameter by 1 % would change the error by less than 1e-4 %, to first order."""
-
 SINGULAR_LOG_ERROR = 10.0
 """Logarithm of the error, over that of the mean as prediction, that L-BFGS-B is told of a singular kernel matrix."""
 
@@ -74,7 +71,13 @@ class TuningResult:
 
 
 def tune_by_descent(
-    loss: Loss, *, sigma0: float | ArrayLike = 1.0, regularization: float = 1e-6, max_steps: int = 100
+    loss: Loss,
+    *,
+    sigma0: float | ArrayLike = 1.0,
+    regularization: float = 1e-6,
+    tune_regularization: bool = False,
+    max_steps: int = 100,
+    tolerance: float = 1e-4,
 ) -> TuningResult:
     """Find the σ of least loss by gradient descent (section 2.4 of the paper).
 
@@ -90,9 +93,14 @@ def tune_by_descent(
         local minimum, and far from the scale of the data there is little slope to follow: with σ far below the distance between
         training inputs every prediction is the mean, with σ far above the unit cube it hardly depends on σ.
     regularization
-        λ, which stays.
+        λ, or where its descent starts.
+    tune_regularization
+        Whether to tune λ together with σ.
     max_steps
         Most steps to take.
+    tolerance
+        The descent has converged once changing any parameter by 1 % would change the error by less than `tolerance` percent, to
+        first order.
 
     Raises
     ------
@@ -102,13 +110,25 @@ def tune_by_descent(
         If the regularized kernel matrix is singular to working precision at the start.
     """
     checked_sigma(sigma0, loss.n_features, name="sigma0")
-    log_error = _LogError(loss, np.shape(sigma0), checked_regularization(regularization))
-    path, is_converged = _descend(log_error, np.log(np.ravel(sigma0)), max_steps)
+    regularization = checked_regularization(regularization)
+    if tune_regularization and regularization == 0:
+        raise ValueError(
+            "regularization=0 is not allowed with tune_regularization=True, since the descent runs in its logarithm: it must be "
+            "> 0; pass for example regularization=1e-6"
+        )
+    log_error = _LogError(loss, np.shape(sigma0), None if tune_regularization else regularization)
+    theta0 = np.log(np.append(sigma0, [regularization] if tune_regularization else []))
+    path, is_converged = _descend(log_error, theta0, max_steps, tolerance)
     return log_error.result(path, is_converged)
 
 
 def tune_by_lbfgs(
-    loss: Loss, *, sigma0: float | ArrayLike = 0.5, regularization0: float = 0.1, max_steps: int = 100
+    loss: Loss,
+    *,
+    sigma0: float | ArrayLike = 0.5,
+    regularization0: float = 0.1,
+    max_steps: int = 100,
+    tolerance: float = 1e-4,
 ) -> TuningResult:
     """Find the σ and the λ of least loss by L-BFGS-B, within `SIGMA_BOUNDS` and `REGULARIZATION_BOUNDS`.
 
@@ -121,8 +141,8 @@ def tune_by_lbfgs(
     regularization0
         Where the search for λ starts. A start at too small a λ, whose model follows the noise, can end in a poor local minimum of
         narrow kernels; a start at too large a λ was not seen to.
-    max_steps
-        Most steps to take.
+    max_steps, tolerance
+        As for `tune_by_descent`.
 
     Raises
     ------
@@ -133,7 +153,7 @@ def tune_by_lbfgs(
     checked_regularization(regularization0)
     _check_within("sigma0", sigma0, SIGMA_BOUNDS)
     _check_within("regularization0", regularization0, REGULARIZATION_BOUNDS)
-    log_error = _LogError(loss, np.shape(sigma0))
+    log_error = _LogError(loss, np.shape(sigma0), None, is_bounded=True)
     log_of_mean = _half_log(loss.mean_squared_target)
 
     def relative(theta: Array) -> tuple[float, Array]:
@@ -148,14 +168,14 @@ def tune_by_lbfgs(
 
     theta0 = np.log(np.append(sigma0, regularization0))
     bounds = np.log([SIGMA_BOUNDS] * (theta0.size - 1) + [REGULARIZATION_BOUNDS])
-    options = {"maxiter": max_steps, "gtol": TOLERANCE, "ftol": 1e-9}
+    options = {"maxiter": max_steps, "gtol": tolerance, "ftol": 1e-9}
     # One thread: more of them gain little on these matrices, and lose much where they share processors. It also makes the
     # path the same whatever their number.
     with one_thread():
         path = [(theta0, relative(theta0)[0])]
         end = minimize(relative, theta0, jac=True, method="L-BFGS-B", bounds=bounds, callback=record, options=options)
     free_gradient = end.x - np.clip(end.x - end.jac, *bounds.T)
-    is_converged = bool(np.max(np.abs(free_gradient)) <= TOLERANCE)
+    is_converged = bool(np.max(np.abs(free_gradient)) <= tolerance)
     return log_error.result([(theta, value + log_of_mean) for theta, value in path], is_converged)
 
 
@@ -165,15 +185,16 @@ class _LogError:
 
     loss: Loss
     sigma_shape: tuple[int, ...]
-    regularization: float | None = None
+    regularization: float | None
+    is_bounded: bool = False
 
     def unpack(self, theta: Array) -> tuple[Array, float]:
         """Return σ and λ."""
         sigma = np.exp(theta[: math.prod(self.sigma_shape)]).reshape(self.sigma_shape)
-        if self.regularization is not None:
-            return sigma, self.regularization
-        # The exponential of a bound's logarithm may be beyond it by rounding.
-        return np.clip(sigma, *SIGMA_BOUNDS), float(np.clip(np.exp(theta[-1]), *REGULARIZATION_BOUNDS))
+        regularization = float(np.exp(theta[-1])) if self.regularization is None else self.regularization
+        if self.is_bounded:  # the exponential of a bound's logarithm may be beyond it by rounding
+            return np.clip(sigma, *SIGMA_BOUNDS), float(np.clip(regularization, *REGULARIZATION_BOUNDS))
+        return sigma, regularization
 
     def __call__(self, theta: Array) -> tuple[float, Array]:
         """Return the value and its gradient."""
@@ -198,13 +219,15 @@ class _LogError:
         )
 
 
-def _descend(log_error: _LogError, theta: Array, max_steps: int) -> tuple[list[tuple[Array, float]], bool]:
+def _descend(
+    log_error: _LogError, theta: Array, max_steps: int, tolerance: float
+) -> tuple[list[tuple[Array, float]], bool]:
     """Go down the gradient; return the points with their values, and whether the gradient vanished."""
     value, gradient = log_error(theta)
     path = [(theta, value)]
     step = 1.0
     for _ in range(max_steps):
-        if np.max(np.abs(gradient)) <= TOLERANCE:
+        if np.max(np.abs(gradient)) <= tolerance:
             break
         found = _backtrack(log_error, theta, value, gradient, step)
         if found is None:
@@ -216,7 +239,7 @@ def _descend(log_error: _LogError, theta: Array, max_steps: int) -> tuple[list[t
         step = float(move @ move / curvature) if curvature > 0 else 2.0 * step
         theta, gradient = theta_new, gradient_new
         path.append((theta, value))
-    return path, bool(np.max(np.abs(gradient)) <= TOLERANCE)
+    return path, bool(np.max(np.abs(gradient)) <= tolerance)
 
 
 def _backtrack(

@@ -34,6 +34,11 @@ class SquaredError(NamedTuple):
     d_log_regularization: float
     """Derivative by the logarithm of λ."""
 
+    @property
+    def rmse(self) -> float:
+        """Root of the mean squared error, in units of the targets."""
+        return float(np.sqrt(self.mean_squared))
+
 
 class Loss(ABC):
     """The mean squared error as a function of σ and λ; inputs are scaled and targets centred once, as `KernelRidge` does it.

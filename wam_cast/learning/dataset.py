@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor
 from contextlib import closing
 from dataclasses import dataclass
@@ -68,14 +68,7 @@ class CastDataset:
 
     @classmethod
     def load(cls, directory: str | Path, scenario: Scenario | None = None) -> CastDataset:
-        """Read the dataset in `directory`.
-
-        Parameters
-        ----------
-        directory
-            What `generate_dataset` wrote.
-        scenario
-            The scenario that the casts are wanted for; by default the one stored with them.
+        """Read the dataset that `generate_dataset` wrote; by default for the `scenario` that is stored with it.
 
         Raises
         ------
@@ -100,7 +93,7 @@ class CastDataset:
                 f"dataset {directory}: only {n_kept} of its {manifest.n_casts} casts are there; finish it with `wam-cast "
                 f"generate --casts {manifest.n_casts} --seed {manifest.seed} --scenario {store.scenario_path} --out {directory}`"
             )
-        return cls(scenario, manifest.seed, _to_frame(tables))
+        return cls(scenario, manifest.seed, pa.concat_tables(tables).to_pandas())
 
     def split(self) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
         """Return the row numbers to train, to validate and to test with.
@@ -119,9 +112,8 @@ class CastDataset:
                 f"dataset of {n} casts: too few to split into training, validation and test; "
                 f"generate at least {MIN_SPLIT_CASTS}"
             )
-        train_end, validation_end = (n * share // sum(SPLIT) for share in (SPLIT[0], SPLIT[0] + SPLIT[1]))
-        rows = np.arange(n)
-        return rows[:train_end], rows[train_end:validation_end], rows[validation_end:]
+        train, validation, test = np.split(np.arange(n), n * np.cumsum(SPLIT[:2]) // sum(SPLIT))
+        return train, validation, test
 
 
 def generate_dataset(
@@ -164,7 +156,10 @@ def generate_dataset(
         As always; finished parts stay.
     """
     n_casts, seed = checked_integer("n_casts", n_casts, 1), checked_integer("seed", seed, 0)
-    _check_workers(executor, n_workers)
+    if n_workers is not None:
+        checked_integer("n_workers", n_workers, 1)
+        if executor is not None:
+            raise InputError(f"n_workers = {n_workers}: an executor brings its own workers; leave one of the two out")
     parts = part_rows(n_casts)
     tables: list[pa.Table | None] = [None] * len(parts)
     store = None if directory is None else DatasetDirectory(directory)
@@ -172,14 +167,18 @@ def generate_dataset(
         store.open(scenario, seed, n_casts)
         tables = store.read_parts(n_casts)
     todo = [row for rows, table in zip(parts, tables, strict=True) if table is None for row in rows]
-    with closing(_simulate_rows(scenario, seed, todo, executor, n_workers)) as simulated:
-        results = _counted(simulated, n_casts - len(todo), n_casts, on_progress)
+    with closing(run_rows(partial(simulate_row, scenario, seed), todo, executor, n_workers)) as simulated:
+        casts = (
+            _lost_row(scenario, seed, row) if columns is None else columns
+            for row, columns in zip(todo, simulated, strict=True)
+        )
+        counted = _counted(casts, n_casts - len(todo), n_casts, on_progress)
         for part, rows in enumerate(parts):
             if tables[part] is None:
-                tables[part] = table = pa.Table.from_pylist(list(islice(results, len(rows))), SCHEMA)
+                tables[part] = table = pa.Table.from_pylist(list(islice(counted, len(rows))), SCHEMA)
                 if store is not None:
                     store.write_part(part, table)
-    return CastDataset(scenario, seed, _to_frame(tables))
+    return CastDataset(scenario, seed, pa.concat_tables(tables).to_pandas())
 
 
 def simulate_row(scenario: Scenario, seed: int, row: int) -> Row:
@@ -215,32 +214,11 @@ def _cast_columns(row: int, cast: Cast) -> Row:
     return {"cast": row, "distance": cast.distance, "speed": cast.speed, "wait": cast.wait}
 
 
-def _simulate_rows(
-    scenario: Scenario, seed: int, rows: list[int], executor: Executor | Workers | None, n_workers: int | None
-) -> Generator[Row]:
-    with closing(run_rows(partial(simulate_row, scenario, seed), rows, executor, n_workers)) as results:
-        for row, result in zip(rows, results, strict=True):
-            yield _lost_row(scenario, seed, row) if result is None else result
-
-
 def _counted(
-    results: Iterable[Row], n_done: int, n_casts: int, on_progress: Callable[[int, int], None] | None
-) -> Generator[Row]:
+    rows: Iterable[Row], n_done: int, n_casts: int, on_progress: Callable[[int, int], None] | None
+) -> Iterator[Row]:
     report = on_progress or (lambda _done, _n_casts: None)
     report(n_done, n_casts)
-    for done, row in enumerate(results, n_done + 1):
+    for done, row in enumerate(rows, n_done + 1):
         report(done, n_casts)
         yield row
-
-
-def _to_frame(tables: Iterable[pa.Table]) -> pd.DataFrame:
-    frame: pd.DataFrame = pa.concat_tables(tables).to_pandas()
-    return frame
-
-
-def _check_workers(executor: Executor | Workers | None, n_workers: int | None) -> None:
-    if n_workers is None:
-        return
-    checked_integer("n_workers", n_workers, 1)
-    if executor is not None:
-        raise InputError(f"n_workers = {n_workers}: an executor brings its own workers; leave one of the two out")

@@ -99,12 +99,7 @@ class ForwardModel:
     def from_hyperparameters(cls, data: CastDataset, sigma: ArrayLike, regularization: float) -> Self:
         """Fit to the training casts of a dataset, with a sigma (or ARD length scales) and a lambda chosen before.
 
-        The test casts stay closed.
-
-        Raises
-        ------
-        InputError
-            As from `fit`.
+        The test casts stay closed. Raises `InputError` as `fit` does.
         """
         return cls._fit_parts(data, split_casts(data), sigma, regularization, opens_test=False)
 
@@ -143,8 +138,7 @@ class ForwardModel:
 
     def predict(self, casts: Array) -> Array:
         """Predict the `OUTPUTS` of casts `[distance, speed, wait]`, shape (n, 3): landing along first. Shape (n, 7)."""
-        prediction: Array = self._estimator.predict(casts)
-        return prediction
+        return self._estimator.predict(casts)
 
     def linearize(self, cast: Array) -> Linearization:
         """Return all that a planner asks about one cast `[distance, speed, wait]`, shape (3,)."""
@@ -153,8 +147,7 @@ class ForwardModel:
 
     def landing_with_gradient(self, casts: Array) -> tuple[Array, Array]:
         """Return the landing along the casting plane [m] of a few casts, shape (n,), and its derivative in SI units, (n, 3)."""
-        landing, gradient = self._landing_estimator.linearize(casts)
-        return landing, gradient
+        return self._landing_estimator.linearize(casts)
 
     def serves(self, scenario: Scenario) -> bool:
         """Return whether the model predicts the casts of `scenario`: the cup's shape may be another, and there may be noise.
@@ -176,27 +169,13 @@ class ForwardModel:
 
     def save(self, path: str | Path) -> None:
         """Write the model to one file. Raises `InputError` if that cannot be done; then nothing is left behind."""
-        stored = StoredModel(
-            scenario=self.scenario,
-            training_casts=self.training_casts,
-            training_outputs=self.training_outputs,
-            training_log_ratios=self.uncertainty.log_ratios,
-            reach=self.reach,
-            info=self.info,
-            uncertainty=self.uncertainty.fit,
-        )
+        casts, outputs, learned = self.training_casts, self.training_outputs, self.uncertainty
+        stored = StoredModel(self.scenario, casts, outputs, learned.log_ratios, self.reach, self.info, learned.fit)
         write_model(path, stored)
 
     @classmethod
     def load(cls, path: str | Path, scenario: Scenario | None = None) -> Self:
-        """Read a model that `save` wrote.
-
-        Parameters
-        ----------
-        path
-            The file.
-        scenario
-            What the model is to be used with; without one, the scenario that it was made for.
+        """Read a model that `save` wrote, to use it with `scenario`; by default with the one that it was made for.
 
         Raises
         ------

@@ -36,8 +36,6 @@ SIGMA_BOUNDS = (0.03, 30.0)
 REGULARIZATION_BOUNDS = (1e-10, 10.0)
 """Where it seeks λ: from what keeps any kernel matrix regular to noise far above the signal."""
 
-UNBOUNDED = (0.0, math.inf)
-
 SINGULAR_LOG_ERROR = 10.0
 """Logarithm of the error, over that of the mean as prediction, that L-BFGS-B is told of a singular kernel matrix."""
 
@@ -48,19 +46,19 @@ class TuningResult:
 
     Attributes
     ----------
-    sigma : float or ndarray of shape (n_features,)
-        The best σ, one number if the search started from one.
-    regularization : float
+    sigma
+        The best σ: one number if the search started from one, else of shape (n_features,).
+    regularization
         The best λ, or the one given.
-    rmse : float
+    rmse
         Root of the loss's mean squared error, in units of the targets.
-    sigma_path : ndarray of shape (n_steps + 1,) or (n_steps + 1, n_features)
-        σ at the start and after each step.
-    regularization_path, rmse_path : ndarray of shape (n_steps + 1,)
-        λ and the error at the same points; the error never rises.
-    is_converged : bool
-        Whether the search ended where the gradient vanishes (or points out of the bounds), not by `max_steps` or at a
-        point from which no step lowers the error, such as the verge of a singular kernel matrix.
+    sigma_path
+        σ at the start and after each step, shape (n_steps + 1,) or (n_steps + 1, n_features).
+    regularization_path, rmse_path
+        λ and the error at the same points, each of shape (n_steps + 1,); the error never rises.
+    is_converged
+        Whether the search ended where the gradient vanishes (or points out of the bounds), not by `max_steps` or at a point from
+        which no step lowers the error, such as the verge of a singular kernel matrix.
     """
 
     sigma: float | Array
@@ -83,31 +81,26 @@ def tune_by_descent(
 ) -> TuningResult:
     """Find the σ of least loss by gradient descent (section 2.4 of the paper).
 
-    Each step goes down the gradient by the step length of Barzilai and Borwein (Two-Point Step Size Gradient
-    Methods, 1988), halved until the error has decreased enough, so that the error never rises.
+    Each step goes down the gradient by the step length of Barzilai and Borwein (Two-Point Step Size Gradient Methods, 1988), halved
+    until the error has decreased enough, so that the error never rises.
 
     Parameters
     ----------
-    loss : Loss
+    loss
         The paper's is `ValidationLoss`.
-    sigma0 : float or array-like of shape (n_features,), default=1.0
-        Where the descent starts; an array tunes ARD length scales, a σ for each input. The descent finds a local minimum, and
-        far from the scale of the data there is little slope to follow: with σ far below the distance between
+    sigma0
+        Where the descent starts; an array of shape (n_features,) tunes ARD length scales, a σ for each input. The descent finds a
+        local minimum, and far from the scale of the data there is little slope to follow: with σ far below the distance between
         training inputs every prediction is the mean, with σ far above the unit cube it hardly depends on σ.
-    regularization : float, default=1e-6
+    regularization
         λ, or where its descent starts.
-    tune_regularization : bool, default=False
+    tune_regularization
         Whether to tune λ together with σ.
-    max_steps : int, default=100
+    max_steps
         Most steps to take.
-    tolerance : float, default=1e-4
-        The descent has converged once changing any parameter by 1 % would change the error by less than
-        `tolerance` percent, to first order.
-
-    Returns
-    -------
-    TuningResult
-        The best parameters and the path to them.
+    tolerance
+        The descent has converged once changing any parameter by 1 % would change the error by less than `tolerance` percent, to
+        first order.
 
     Raises
     ------
@@ -120,11 +113,12 @@ def tune_by_descent(
     regularization = checked_regularization(regularization)
     if tune_regularization and regularization == 0:
         raise ValueError(
-            "regularization=0 is not allowed with tune_regularization=True, since the descent runs in its "
-            "logarithm: it must be > 0; pass for example regularization=1e-6"
+            "regularization=0 is not allowed with tune_regularization=True, since the descent runs in its logarithm: it must be "
+            "> 0; pass for example regularization=1e-6"
         )
     log_error = _LogError(loss, np.shape(sigma0), None if tune_regularization else regularization)
-    path, is_converged = _descend(log_error, log_error.pack(sigma0, regularization), max_steps, tolerance)
+    theta0 = np.log(np.append(sigma0, [regularization] if tune_regularization else []))
+    path, is_converged = _descend(log_error, theta0, max_steps, tolerance)
     return log_error.result(path, is_converged)
 
 
@@ -140,20 +134,15 @@ def tune_by_lbfgs(
 
     Parameters
     ----------
-    loss : Loss
+    loss
         `ForwardModel.fit` takes `LeaveOneOutLoss`.
-    sigma0 : float or array-like of shape (n_features,), default=0.5
-        Where the search for σ starts; an array tunes ARD length scales, a σ for each input. The search finds a local minimum.
-    regularization0 : float, default=0.1
-        Where the search for λ starts. A start at too small a λ, whose model follows the noise, can end in a poor local minimum
-        of narrow kernels; a start at too large a λ was not seen to.
+    sigma0
+        Where the search for σ starts, as for `tune_by_descent`.
+    regularization0
+        Where the search for λ starts. A start at too small a λ, whose model follows the noise, can end in a poor local minimum of
+        narrow kernels; a start at too large a λ was not seen to.
     max_steps, tolerance
         As for `tune_by_descent`.
-
-    Returns
-    -------
-    TuningResult
-        The best parameters and the path to them.
 
     Raises
     ------
@@ -164,7 +153,7 @@ def tune_by_lbfgs(
     checked_regularization(regularization0)
     _check_within("sigma0", sigma0, SIGMA_BOUNDS)
     _check_within("regularization0", regularization0, REGULARIZATION_BOUNDS)
-    log_error = _LogError(loss, np.shape(sigma0), None, SIGMA_BOUNDS, REGULARIZATION_BOUNDS)
+    log_error = _LogError(loss, np.shape(sigma0), None, is_bounded=True)
     log_of_mean = _half_log(loss.mean_squared_target)
 
     def relative(theta: Array) -> tuple[float, Array]:
@@ -177,7 +166,7 @@ def tune_by_lbfgs(
     def record(intermediate_result: OptimizeResult) -> None:
         path.append((intermediate_result.x.copy(), float(intermediate_result.fun)))
 
-    theta0 = log_error.pack(sigma0, regularization0)
+    theta0 = np.log(np.append(sigma0, regularization0))
     bounds = np.log([SIGMA_BOUNDS] * (theta0.size - 1) + [REGULARIZATION_BOUNDS])
     options = {"maxiter": max_steps, "gtol": tolerance, "ftol": 1e-9}
     # One thread: more of them gain little on these matrices, and lose much where they share processors. It also makes the
@@ -192,53 +181,32 @@ def tune_by_lbfgs(
 
 @dataclass(frozen=True)
 class _LogError:
-    """Logarithm of a loss's RMSE as a function of θ = (log σ, log λ).
-
-    Attributes
-    ----------
-    loss
-        Of σ and λ.
-    sigma_shape
-        () or (n_features,).
-    regularization
-        λ if it is fixed; θ is then log σ alone.
-    sigma_bounds, regularization_bounds
-        Where the search is bounded: the exponential of a bound's logarithm may be beyond it by rounding.
-    """
+    """Logarithm of a loss's RMSE as a function of θ = (log σ, log λ), or of θ = log σ for a `regularization` that is given."""
 
     loss: Loss
     sigma_shape: tuple[int, ...]
     regularization: float | None
-    sigma_bounds: tuple[float, float] = UNBOUNDED
-    regularization_bounds: tuple[float, float] = UNBOUNDED
-
-    def pack(self, sigma: float | ArrayLike, regularization: float) -> Array:
-        """Return θ."""
-        free = [] if self.regularization is not None else [regularization]
-        theta: Array = np.log(np.append(np.asarray(sigma, dtype=np.float64), free))
-        return theta
+    is_bounded: bool = False
 
     def unpack(self, theta: Array) -> tuple[Array, float]:
         """Return σ and λ."""
-        n_sigmas = math.prod(self.sigma_shape)
-        sigma = np.clip(np.exp(theta[:n_sigmas]), *self.sigma_bounds).reshape(self.sigma_shape)
-        if self.regularization is not None:
-            return sigma, self.regularization
-        return sigma, float(np.clip(np.exp(theta[-1]), *self.regularization_bounds))
+        sigma = np.exp(theta[: math.prod(self.sigma_shape)]).reshape(self.sigma_shape)
+        regularization = float(np.exp(theta[-1])) if self.regularization is None else self.regularization
+        if self.is_bounded:  # the exponential of a bound's logarithm may be beyond it by rounding
+            return np.clip(sigma, *SIGMA_BOUNDS), float(np.clip(regularization, *REGULARIZATION_BOUNDS))
+        return sigma, regularization
 
     def __call__(self, theta: Array) -> tuple[float, Array]:
         """Return the value and its gradient."""
         error = self.loss(*self.unpack(theta))
-        free = [] if self.regularization is not None else [error.d_log_regularization]
-        gradient = np.append(error.d_log_sigma, free)
+        gradient = np.append(error.d_log_sigma, error.d_log_regularization)[: theta.size]
         # A perfect fit has no slope.
         return _half_log(error.mean_squared), 0.5 * gradient / max(error.mean_squared, sys.float_info.min)
 
     def result(self, path: Sequence[tuple[Array, float]], is_converged: bool) -> TuningResult:
         """Return the result of a search that went through these points and values; the last one is the best."""
-        parameters = [self.unpack(theta) for theta, _ in path]
-        sigma_path = np.array([sigma for sigma, _ in parameters])
-        regularization_path = np.array([lam for _, lam in parameters])
+        sigmas, regularizations = zip(*(self.unpack(theta) for theta, _ in path), strict=True)
+        sigma_path, regularization_path = np.array(sigmas), np.array(regularizations)
         rmse_path = np.exp([value for _, value in path])
         return TuningResult(
             sigma=sigma_path[-1].copy() if self.sigma_shape else float(sigma_path[-1]),

@@ -9,24 +9,10 @@ from wam_cast.types import Array
 
 
 def input_scale(X: Array, input_bounds: tuple[ArrayLike, ArrayLike] | None) -> tuple[Array, Array]:
-    """Find the offset and the range that scale inputs to the unit cube.
+    """Return the offset and the range that scale inputs to the unit cube, each of shape (n_features,), in units of the inputs.
 
-    Parameters
-    ----------
-    X : ndarray of shape (n_samples, n_features)
-        Training inputs.
-    input_bounds : pair (lower, upper) or None
-        As for `KernelRidge`.
-
-    Returns
-    -------
-    offset, range : ndarray of shape (n_features,)
-        In units of the inputs. The range of a constant column is infinite, which scales any value to 0.
-
-    Raises
-    ------
-    ValueError
-        If the bounds are not a pair with finite lower < upper that fits the inputs.
+    They are those of `input_bounds`, or of the training inputs X, shape (n_samples, n_features). The range of a constant column is
+    then infinite, which scales any value to 0. Raises a ValueError that says what is allowed if the bounds are not.
     """
     if input_bounds is None:
         lower, upper = X.min(axis=0), X.max(axis=0)
@@ -39,9 +25,9 @@ def input_scale(X: Array, input_bounds: tuple[ArrayLike, ArrayLike] | None) -> t
         is_allowed = False
     if not is_allowed:
         raise ValueError(
-            f"input_bounds={input_bounds!r} is not allowed: it must be None or a pair (lower, upper), each "
-            f"finite, a number or one for each of the {n_features} inputs, with lower < upper; pass for "
-            "example input_bounds=None to take the bounds from the training inputs"
+            f"input_bounds={input_bounds!r} is not allowed: it must be None or a pair (lower, upper), each finite, a number or one "
+            f"for each of the {n_features} inputs, with lower < upper; pass for example input_bounds=None to take the bounds from "
+            "the training inputs"
         )
     return lower.copy(), upper - lower
 

@@ -1,9 +1,9 @@
 """Kernel ridge regression with the Gaussian kernel of section 2.4 of the paper, and its gradient.
 
-The estimator follows scikit-learn's contract, so that pipelines, cross-validation and model selection work
-on it as on any other. What it adds to `sklearn.kernel_ridge.KernelRidge` is what a planner and a model
-builder need: inputs of different units scaled inside the estimator, the paper's kernel width, ARD length scales,
-the analytic gradient of the prediction, its standard deviation, and leave-one-out residuals without refits.
+The estimator follows scikit-learn's contract, so that pipelines, cross-validation and model selection work on it as on any other.
+What it adds to `sklearn.kernel_ridge.KernelRidge` is what a planner and a model builder need: inputs of different units scaled
+inside the estimator, the paper's kernel width, ARD length scales, the analytic gradient of the prediction, its standard deviation,
+and leave-one-out residuals without refits.
 """
 
 from typing import Self
@@ -23,27 +23,25 @@ from wam_cast.types import Array
 class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
     """Kernel ridge regression with a Gaussian kernel on scaled inputs (section 2.4 of the paper).
 
-    The prediction is `m(x) = y_mean + k(x)^T (K + λ I)^-1 (Y - y_mean)` with the kernel
-    `k(x, x') = exp(-||x - x'||^2 / σ^2)`, without the factor 2 that is usual elsewhere. Distances are
-    measured between inputs scaled to the unit cube.
+    The prediction is `m(x) = y_mean + k(x)^T (K + λ I)^-1 (Y - y_mean)` with the kernel `k(x, x') = exp(-||x - x'||^2 / σ^2)`,
+    without the factor 2 that is usual elsewhere. Distances are measured between inputs scaled to the unit cube.
 
     Parameters
     ----------
     sigma : float or array-like of shape (n_features,), default=0.35
-        Width σ of the kernel, in units of the scaled inputs. An array gives ARD length scales, a width for
-        each input: the wider, the less the prediction depends on that input. The default is the paper's value.
+        Width σ of the kernel, in units of the scaled inputs. An array gives ARD length scales, a width for each input: the wider,
+        the less the prediction depends on that input. The default is the paper's value.
     regularization : float, default=1e-6
         λ >= 0, in units of the kernel, whose diagonal is 1. The default suits noise-free simulated targets.
     input_bounds : pair (lower, upper) or None, default=None
-        What is scaled to 0 and to 1, in units of the inputs; each a number for all inputs or an array-like of
-        shape (n_features,). `None` takes the smallest and the largest training input of each column, and
-        ignores a column that is constant, since nothing can be learned about it. Give the bounds that the
-        inputs were sampled from if you know them: σ then means the same for every training set.
-        `(0, 1)` leaves the inputs as they are.
+        What is scaled to 0 and to 1, in units of the inputs; each a number for all inputs or an array-like of shape (n_features,).
+        `None` takes the smallest and the largest training input of each column, and ignores a column that is constant, since
+        nothing can be learned about it. Give the bounds that the inputs were sampled from if you know them: σ then means the same
+        for every training set. `(0, 1)` leaves the inputs as they are.
     center_targets : bool, default=True
-        Remove the mean of the training targets before the fit and add it to the predictions. Far from all
-        training inputs the prediction then tends to this mean; without, as in
-        `sklearn.kernel_ridge.KernelRidge`, it tends to 0, however far 0 is from any target seen.
+        Remove the mean of the training targets before the fit and add it to the predictions. Far from all training inputs the
+        prediction then tends to this mean; without, as in `sklearn.kernel_ridge.KernelRidge`, it tends to 0, however far 0 is from
+        any target seen.
 
     Attributes
     ----------
@@ -90,19 +88,9 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         self.center_targets = center_targets
 
     def fit(self, X: ArrayLike, y: ArrayLike) -> Self:
-        """Fit to training data.
+        """Fit to training inputs X, shape (n_samples, n_features), and targets y, shape (n_samples,) or (n_samples, n_outputs).
 
-        Parameters
-        ----------
-        X : array-like of shape (n_samples, n_features)
-            Training inputs, in any units: they are scaled here.
-        y : array-like of shape (n_samples,) or (n_samples, n_outputs)
-            Training targets.
-
-        Returns
-        -------
-        KernelRidge
-            The estimator itself.
+        They may have any units: inputs are scaled here.
 
         Raises
         ------
@@ -127,17 +115,7 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         return self
 
     def predict(self, X: ArrayLike) -> Array:
-        """Predict the targets.
-
-        Parameters
-        ----------
-        X : array-like of shape (n, n_features)
-            Inputs, in the units of the training inputs.
-
-        Returns
-        -------
-        ndarray of shape (n,) or (n, n_outputs)
-            Predictions, in units of the targets; 1-D if the training targets were.
+        """Predict the targets at inputs X, shape (n, n_features); shape (n,) or (n, n_outputs), 1-D if the training targets were.
 
         Raises
         ------
@@ -159,15 +137,15 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         Parameters
         ----------
         X : array-like of shape (n, n_features)
-            Inputs, in the units of the training inputs; taken as they are, without checks.
+            Inputs, taken as they are, without checks.
 
         Returns
         -------
         prediction : ndarray of shape (n,) or (n, n_outputs)
             As from `predict`, up to rounding.
         gradient : ndarray of shape (n, n_features) or (n, n_outputs, n_features)
-            Element `[i, o, j]` is d output `o` / d input `j` at row `i`, in units of the targets per unit of
-            the original inputs; no axis of outputs if the training targets were 1-D.
+            Element `[i, o, j]` is d output `o` / d input `j` at row `i`, in units of the targets per unit of the original inputs;
+            no axis of outputs if the training targets were 1-D.
         """
         rows = np.asarray(X, dtype=float)
         offsets = (rows[:, np.newaxis, :] - self.X_fit_) / self.length_scale_
@@ -181,30 +159,13 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         return prediction, gradient.reshape(*shape, n_features)
 
     def predict_std(self, X: ArrayLike) -> Array:
-        """Estimate the standard deviation of a new target about its prediction.
+        """Estimate the standard deviation of new targets about their predictions; arguments, shapes and errors as for `predict`.
 
         It is that of the Gaussian process with covariance `s^2 k` and noise of variance `s^2 λ`, the noise of the new target
         included: `s (k(x, x) - k(x)^T (K + λ I)^-1 k(x) + λ)^(1/2)` (Rasmussen and Williams, Gaussian Processes for Machine
         Learning, Eq. 2.26). The scale `s`, one for each output, makes the leave-one-out residuals of the training rows as
         large as predicted on average, where `s^2 / [(K + λ I)^-1]_ii` is predicted of the squared residual of row i (their
-        section 5.4.2). The uncertainty of the targets' mean is left out.
-
-        Parameters
-        ----------
-        X : array-like of shape (n, n_features)
-            Inputs, in the units of the training inputs.
-
-        Returns
-        -------
-        ndarray of shape (n,) or (n, n_outputs)
-            Standard deviations, in units of the targets; 1-D if the training targets were.
-
-        Raises
-        ------
-        ValueError
-            If the shape or a value of `X` is not allowed, or the estimator was fitted to a single row.
-        sklearn.exceptions.NotFittedError
-            If called before `fit`.
+        section 5.4.2); after a fit to a single row there are none: a ValueError. The uncertainty of the targets' mean is left out.
         """
         X_valid = self._validate(X)
         K = gaussian_kernel(self._scale(self.X_fit_), self._scale(X_valid))
@@ -223,11 +184,10 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
     def leave_one_out(self) -> tuple[Array, Array]:
         """Compute each training target minus its prediction by a fit to all the other rows, without refits.
 
-        The closed form `[(K + λ I)^-1 (y - b)]_i / [(K + λ I)^-1]_ii` holds for any constant offset `b`
-        (Rasmussen and Williams, Gaussian Processes for Machine Learning, Eq. 5.12). With `center_targets` it
-        is evaluated at the mean of the other rows' targets, which makes it exact there too. The scaling of
-        the inputs is that of this fit: refits agree exactly if given `input_bounds`; without, they would move
-        the scale whenever the row left out holds the smallest or largest value of an input.
+        The closed form `[(K + λ I)^-1 (y - b)]_i / [(K + λ I)^-1]_ii` holds for any constant offset `b` (Rasmussen and Williams,
+        Gaussian Processes for Machine Learning, Eq. 5.12). With `center_targets` it is evaluated at the mean of the other rows'
+        targets, which makes it exact there too. The scaling of the inputs is that of this fit: refits agree exactly if given
+        `input_bounds`; without, they would move the scale whenever the row left out holds the least or greatest value of an input.
 
         Returns
         -------
@@ -274,18 +234,10 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
 
 
 def gaussian_kernel(Z: Array, Z_fit: Array) -> Array:
-    """Evaluate the Gaussian kernel of unit width (section 2.4 of the paper).
+    """Return the Gaussian kernel of unit width, `exp(-||z - z'||^2)`, shape (n, n_samples) (section 2.4 of the paper).
 
-    Parameters
-    ----------
-    Z, Z_fit : ndarray of shape (n, n_features), (n_samples, n_features)
-        Inputs divided by the width of the kernel.
-
-    Returns
-    -------
-    ndarray of shape (n, n_samples)
-        `exp(-||z - z'||^2)`, from differences and not from `z^2 - 2 z z' + z'^2`, which would lose the small
-        distances that a small λ depends on.
+    `Z`, shape (n, n_features), and `Z_fit`, shape (n_samples, n_features), are inputs divided by the width of the kernel. It is
+    computed from differences and not from `z^2 - 2 z z' + z'^2`, which would lose the small distances that a small λ depends on.
     """
     K: Array = cdist(Z, Z_fit, "sqeuclidean")
     np.negative(K, out=K)
@@ -293,31 +245,20 @@ def gaussian_kernel(Z: Array, Z_fit: Array) -> Array:
 
 
 def factorize(K: Array, regularization: float) -> tuple[Array, bool]:
-    """Factorize `K + λ I` for `scipy.linalg.cho_solve`.
+    """Factorize `K + λ I` for `scipy.linalg.cho_solve`: the lower Cholesky factor, with anything above its diagonal, and True.
 
-    Parameters
-    ----------
-    K : ndarray of shape (n_samples, n_samples)
-        Kernel matrix of the training inputs, symmetric; left as it is.
-    regularization : float
-        λ >= 0.
-
-    Returns
-    -------
-    tuple of ndarray of shape (n_samples, n_samples) and bool
-        The lower Cholesky factor, with anything above its diagonal, and True for "lower".
+    `K` is the symmetric kernel matrix of the training inputs, shape (n_samples, n_samples), and is left as it is.
 
     Raises
     ------
     numpy.linalg.LinAlgError
         If the matrix is singular to working precision; a λ well above 2.2e-16 `n_samples` prevents it.
     """
-    n_samples = len(K)
     # Transposed, which changes nothing of a symmetric matrix, it is in LAPACK's order already.
     A = K.copy().T
     np.fill_diagonal(A, K.diagonal() + regularization)
     advice = (
-        f"the kernel matrix of {n_samples} training rows is singular to working precision with "
+        f"the kernel matrix of {len(K)} training rows is singular to working precision with "
         f"regularization={regularization:g}: raise regularization (1e-10 is enough), "
         "remove training rows whose inputs are duplicates, or lower sigma"
     )
@@ -326,6 +267,6 @@ def factorize(K: Array, regularization: float) -> tuple[Array, bool]:
     except np.linalg.LinAlgError as error:
         raise np.linalg.LinAlgError(advice) from error
     # Rounding lets some singular matrices pass, with a factor that is noise.
-    if factor.diagonal().min() ** 2 <= n_samples * np.finfo(np.float64).eps:
+    if factor.diagonal().min() ** 2 <= len(K) * np.finfo(np.float64).eps:
         raise np.linalg.LinAlgError(advice)
     return factor, is_lower

@@ -61,17 +61,7 @@ class Loss(ABC):
         self._target_mean = y.mean(axis=0) if center_targets else 0.0
 
     def __call__(self, sigma: float | ArrayLike, regularization: float) -> SquaredError:
-        """Evaluate the error and its gradient.
-
-        Parameters
-        ----------
-        sigma, regularization
-            As for `KernelRidge`.
-
-        Returns
-        -------
-        SquaredError
-            The mean squared error and its derivatives by log σ and log λ.
+        """Evaluate the error and its gradient; σ and λ are as for `KernelRidge`.
 
         Raises
         ------
@@ -105,14 +95,7 @@ class Loss(ABC):
 class ValidationLoss(Loss):
     """The error on validation data of a fit to training data.
 
-    Parameters
-    ----------
-    X_train, y_train : array-like of shape (n, n_features), (n,) or (n, n_outputs)
-        Training data.
-    X_validation, y_validation : array-like
-        Validation data, of as many inputs and outputs.
-    input_bounds, center_targets
-        As for `KernelRidge`.
+    The shapes of both are (n, n_features) and (n,) or (n, n_outputs); the options are those of `KernelRidge`.
 
     Raises
     ------
@@ -147,9 +130,8 @@ class ValidationLoss(Loss):
     def _evaluate(self, sigma: Array, regularization: float) -> tuple[Array, Array, float]:
         """Evaluate by the adjoint method.
 
-        With `A = K + λ I`, `α = A^-1 y` and the residuals `r = K_v α - y_v`, the squared error `r^T r` has
-        the derivative `2 r^T (dK_v α - K_v A^-1 dA α) = 2 (r^T dK_v α - β^T dA α)`, where the adjoint
-        `β = A^-1 K_v^T r` serves all parameters.
+        With `A = K + λ I`, `α = A^-1 y` and the residuals `r = K_v α - y_v`, the squared error `r^T r` has the derivative
+        `2 r^T (dK_v α - K_v A^-1 dA α) = 2 (r^T dK_v α - β^T dA α)`, where the adjoint `β = A^-1 K_v^T r` serves all parameters.
         """
         Z_train, Z_validation = self._Z_train / sigma, self._Z_validation / sigma
         K_train = gaussian_kernel(Z_train, Z_train)
@@ -168,19 +150,7 @@ class LeaveOneOutLoss(Loss):
 
     The residuals are those of `KernelRidge.leave_one_out_residuals`: with `center_targets` each is that of a refit which
     subtracts the mean of the other rows' targets. The scaling of the inputs is not refitted; it is `input_bounds`, or the range
-    of all rows.
-
-    Parameters
-    ----------
-    X, y : array-like of shape (n, n_features), (n,) or (n, n_outputs)
-        Training data, at least 2 rows.
-    input_bounds, center_targets
-        As for `KernelRidge`.
-
-    Raises
-    ------
-    ValueError
-        If the bounds, or the shape or a value of the data, are not allowed.
+    of all rows. Shapes, options and errors are as for `ValidationLoss`; there must be at least 2 rows.
     """
 
     def __init__(
@@ -217,7 +187,8 @@ class LeaveOneOutLoss(Loss):
         n_rows = len(self._y)
         Z = self._Z / sigma
         K = gaussian_kernel(Z, Z)
-        inverse = self._inverse(K, regularization)
+        lower, _ = lapack.dpotri(factorize(K, regularization)[0], lower=1, overwrite_c=1)
+        inverse = np.where(self._is_lower, lower, lower.T)
         inverse_diagonal = inverse.diagonal()[:, np.newaxis]
 
         dual = inverse @ np.column_stack([self._y, np.ones(n_rows)])
@@ -233,19 +204,11 @@ class LeaveOneOutLoss(Loss):
         M *= K.T
         return residuals, _kernel_slope(M, Z, Z), 2.0 / n_rows * by_log_regularization
 
-    def _inverse(self, K: Array, regularization: float) -> Array:
-        """Return `(K + λ I)^-1`, in LAPACK's order; overwrites nothing."""
-        factor, _ = factorize(K, regularization)
-        lower, _ = lapack.dpotri(factor, lower=1, overwrite_c=1)
-        inverse: Array = np.where(self._is_lower, lower, lower.T)
-        return inverse
-
 
 def _kernel_slope(weights: Array, Z: Array, Z_fit: Array) -> Array:
     """Sum `weights * d log k / d log σ_j = weights * 2 (z_j - z'_j)^2` over all pairs of inputs, for each input j.
 
-    With weights `W * K` that is the sum of `W * dK / d log σ_j`. The shape of the weights is (n, n_samples); inputs are divided by
-    the width of the kernel, as for `gaussian_kernel`.
+    With weights `W * K`, shape (n, n_samples), that is the sum of `W * dK / d log σ_j`. Inputs are as for `gaussian_kernel`.
     """
     slope: Array = 2.0 * (
         weights.sum(axis=1) @ Z**2 + weights.sum(axis=0) @ Z_fit**2 - 2.0 * np.einsum("ij,ij->j", Z, weights @ Z_fit)

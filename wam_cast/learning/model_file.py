@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import io
 import json
-import tokenize
-import zipfile
-import zlib
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,21 +20,7 @@ from wam_cast.types import Array
 FORMAT = "wam_cast forward model 4"
 
 ARRAYS = ("training_casts", "training_outputs", "training_log_ratios")
-"""What the archive holds beside its header, see `StoredModel`."""
-
-MALFORMED = (
-    OSError,
-    EOFError,
-    ValueError,
-    TypeError,
-    LookupError,
-    AttributeError,
-    zipfile.BadZipFile,
-    zlib.error,
-    SyntaxError,
-    tokenize.TokenError,
-)
-"""What numpy, zip and JSON raise for bytes that are something else."""
+"""What the archive holds beside its header: fields of `StoredModel`."""
 
 
 @dataclass(frozen=True)
@@ -70,29 +53,14 @@ class Fit:
     test_rmse: float
 
 
-@dataclass(frozen=True)
-class StoredModel:
-    """What a model file holds.
-
-    Attributes
-    ----------
-    scenario
-        Whose casts the model predicts.
-    training_casts, training_outputs, training_log_ratios
-        The training casts, shape (n_train, 3), their `OUTPUTS`, shape (n_train, 7), and what the uncertainty's correction is
-        fitted to, shape (n_train,).
-    reach
-        The smallest and largest distance of a cup from the base axis [m].
-    info
-        How the model was fitted.
-    uncertainty
-        What its uncertainty learned.
-    """
+class StoredModel(NamedTuple):
+    """What a model file holds: what a `ForwardModel` has under the same names, and what its uncertainty learned."""
 
     scenario: Scenario
     training_casts: Array
     training_outputs: Array
     training_log_ratios: Array
+    """What the uncertainty's correction is fitted to, shape (n_train,)."""
     reach: tuple[float, float]
     info: Fit
     uncertainty: ErrorFit
@@ -126,23 +94,27 @@ def read_model(path: str | Path) -> StoredModel:
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise InputError(f"model {path}: {reason}; name a file that wam-cast fit wrote") from None
+    # Of bytes that are something else, numpy, zip and JSON raise more kinds of errors than one would list.
     try:
-        header, arrays = _unpack(content)
+        with np.load(io.BytesIO(content), allow_pickle=False) as file:
+            header = json.loads(str(file["header"]))
+            arrays = [np.asarray(file[name], dtype=float) for name in ARRAYS if name in file]
         written_as = str(header["format"])
-    except MALFORMED:
+    except Exception:
         raise _not_a_model(path) from None
     if written_as != FORMAT:
         raise InputError(
             f"model {path}: is a {written_as!r}, this version reads {FORMAT!r}; fit it anew with: wam-cast fit"
         )
     try:
-        _check_shapes(*arrays)
         values, fingerprint = header["scenario"], str(header["fingerprint"])
         nearest, farthest = (float(radius) for radius in header["reach"])
         info = Fit(**header["info"] | {"sigma": tuple(float(sigma) for sigma in header["info"]["sigma"])})
         uncertainty = ErrorFit(**header["uncertainty"] | {"sigma": tuple(header["uncertainty"]["sigma"])})
-    except MALFORMED:
+    except Exception:
         raise _not_a_model(path) from None
+    if [array.shape for array in arrays] != [(info.n_train, 3), (info.n_train, len(OUTPUTS)), (info.n_train,)]:
+        raise _not_a_model(path)
     try:
         scenario = Scenario.from_dict(values)
     except InputError as error:
@@ -158,16 +130,3 @@ def read_model(path: str | Path) -> StoredModel:
 
 def _not_a_model(path: str | Path) -> InputError:
     return InputError(f"model {path}: not a model file; name one that wam-cast fit wrote")
-
-
-def _unpack(content: bytes) -> tuple[dict[str, Any], list[Array]]:
-    """Return the header, and the arrays that are there; raises one of `MALFORMED` if the bytes are something else."""
-    with np.load(io.BytesIO(content), allow_pickle=False) as file:
-        header: dict[str, Any] = json.loads(str(file["header"]))
-        return header, [np.asarray(file[name], dtype=float) for name in ARRAYS if name in file]
-
-
-def _check_shapes(casts: Array, outputs: Array, log_ratios: Array) -> None:
-    n_casts = len(casts)
-    if (casts.shape, outputs.shape, log_ratios.shape) != ((n_casts, 3), (n_casts, len(OUTPUTS)), (n_casts,)):
-        raise ValueError("the shapes do not fit together")

@@ -36,19 +36,11 @@ class Parts:
     """Training, validation and test casts of a dataset, without those that never came down to the rim plane.
 
     The test casts measure a choice that was made without them. They are handed out once, after all choices: to measure several
-    models, choose all of them first.
-
-    Attributes
-    ----------
-    train, validation
-        What models are fitted to, and chosen by.
-    n_test
-        How many casts the test part has.
+    models, choose all of them first. Models are fitted to `train` and chosen by `validation`; `n_test` is the number of test casts.
     """
 
     def __init__(self, train: Part, validation: Part, test: Part) -> None:
-        self.train = train
-        self.validation = validation
+        self.train, self.validation = train, validation
         self.n_test = len(test.X)
         self._sealed: Part | None = test
 

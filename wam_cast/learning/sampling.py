@@ -13,14 +13,7 @@ def sample_cast(scenario: Scenario, seed: int, row: int) -> Cast:
     """Return the cast of one row, drawn uniformly from all that `is_allowed` accepts.
 
     Each row has a random stream of its own, and rejects in it. What is drawn from is first cut down to the casts' bounding box,
-    so that no scenario rejects more than half of what it draws.
-
-    Parameters
-    ----------
-    scenario
-        Its bounds and `motion.min_move_duration` count.
-    seed, row
-        Not negative.
+    so that no scenario rejects more than half of what it draws. Neither `seed` nor `row` may be negative.
     """
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(row,)))
     lower, upper = _allowed_box(scenario)

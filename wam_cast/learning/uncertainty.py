@@ -56,16 +56,8 @@ class LandingUncertainty:
     The posterior is that of a Gaussian process with the model's kernel (Rasmussen and Williams, Gaussian Processes for Machine
     Learning, Eq. 2.26). g is a kernel ridge regression of its own, of the logarithm of the ratio of each training cast's
     leave-one-out error to the posterior without that cast (their section 5.4.2). `scale` makes the errors of held-out casts as
-    large as predicted in the mean square.
-
-    Parameters
-    ----------
-    estimator
-        The fitted forward model; its first output is the landing.
-    log_ratios
-        What g is fitted to, shape (n_train,).
-    fit
-        What `learn` found.
+    large as predicted in the mean square. The first output of the fitted `estimator` is the landing; g is fitted to `log_ratios`,
+    shape (n_train,); `fit` is what `learn` found.
     """
 
     def __init__(self, estimator: KernelRidge, log_ratios: Array, fit: ErrorFit) -> None:

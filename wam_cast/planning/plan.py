@@ -122,17 +122,8 @@ def plan_cast(
         solution = checked_solution(planner(model, radius), model.scenario, name)
         prediction = Prediction.aimed(model, solution.parameters, cup)
     return Plan(
-        cup=cup,
-        cast=prediction.cast,
-        predicted_landing=prediction.landing,
-        predicted_miss=prediction.miss,
-        predicted_std=prediction.std,
-        predicted_entry_angle=prediction.entry_angle,
-        predicted_entry_speed=prediction.entry_speed,
-        predicted_slack=prediction.slack,
-        predicted_peak_torque_utilization=prediction.peak_torque_utilization,
-        predicted_peak_velocity_utilization=prediction.peak_velocity_utilization,
-        rim_clear_probability=prediction.rim_clear_probability,
+        cup,
+        *prediction,
         is_feasible=prediction.miss <= LONGEST_MISS,
         method=name,
         n_evaluations=solution.n_evaluations,

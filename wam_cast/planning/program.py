@@ -80,35 +80,24 @@ CONSTRAINT_TOLERANCE = 1e-3
 OPTIMALITY_TOLERANCE = 1e-4
 """To which a solver's optimum holds, in the units of cost and constraint."""
 
-_SolverClass = type[SnoptSolver] | type[IpoptSolver] | type[NloptSolver]
-
-_SOLVERS: dict[Solver, tuple[_SolverClass, dict[str, float]]] = {
-    "snopt": (
-        SnoptSolver,
-        {"Major iterations limit": MAX_ITERATIONS, "Major optimality tolerance": OPTIMALITY_TOLERANCE},
-    ),
-    # Left to its own tolerance, IPOPT goes on long after it has found the optimum.
-    "ipopt": (IpoptSolver, {"max_iter": MAX_ITERATIONS, "tol": OPTIMALITY_TOLERANCE, "constr_viol_tol": 1e-6}),
-    "nlopt": (
-        NloptSolver,
-        {"max_eval": 2 * MAX_ITERATIONS, "constraint_tol": 1e-6, "xtol_rel": 1e-5, "xtol_abs": 1e-5},
-    ),
+_SOLVERS: dict[Solver, type[SnoptSolver] | type[IpoptSolver] | type[NloptSolver]] = {
+    "snopt": SnoptSolver,
+    "ipopt": IpoptSolver,
+    "nlopt": NloptSolver,
 }
-"""Solvers by name, with their options."""
+_OPTIONS: dict[Solver, dict[str, float]] = {
+    "snopt": {"Major iterations limit": MAX_ITERATIONS, "Major optimality tolerance": OPTIMALITY_TOLERANCE},
+    # Left to its own tolerance, IPOPT goes on long after it has found the optimum.
+    "ipopt": {"max_iter": MAX_ITERATIONS, "tol": OPTIMALITY_TOLERANCE, "constr_viol_tol": 1e-6},
+    "nlopt": {"max_eval": 2 * MAX_ITERATIONS, "constraint_tol": 1e-6, "xtol_rel": 1e-5, "xtol_abs": 1e-5},
+}
 
 
 @dataclass(frozen=True)
 class CastProgram:
     """The program for one cup, built but not solved: print `program` to read it.
 
-    Attributes
-    ----------
-    program
-        What Drake solves.
-    decision
-        Its variables, shape (3,): distance, speed and wait, each scaled to [0, 1] between its bounds.
-    evaluator
-        Evaluates the model for cost and constraints; counts how often, and keeps where.
+    Its `decision`, shape (3,), is distance, speed and wait, each scaled to [0, 1] between its bounds.
     """
 
     program: MathematicalProgram
@@ -117,7 +106,10 @@ class CastProgram:
 
 
 class Evaluator:
-    """The model at scaled parameters, with derivatives by them; remembers the last point, which cost and constraints share."""
+    """The model at scaled parameters, with derivatives by them, for cost and constraints.
+
+    It remembers the last point, which they share, counts the casts that it asks about, and keeps those of a search in `visited`.
+    """
 
     def __init__(self, model: Predictor, terms: frozenset[Term]) -> None:
         self._model, self._terms = model, terms
@@ -275,13 +267,12 @@ class _Search(NamedTuple):
 
 def _search(built: CastProgram, start: Array, radius: float, solver: Solver) -> _Search:
     """Solve the program from `start`, in scaled parameters."""
-    program, evaluator = built.program, built.evaluator
-    make_solver, values = _SOLVERS[solver]
+    program, evaluator, engine = built.program, built.evaluator, _SOLVERS[solver]()
     options = SolverOptions()
-    for name, value in values.items():
-        options.SetOption(make_solver.id(), name, value)
+    for name, value in _OPTIONS[solver].items():
+        options.SetOption(engine.solver_id(), name, value)
     evaluator.visited = [evaluator.cast(start)]
-    result = make_solver().Solve(program, start, options)
+    result = engine.Solve(program, start, options)
     # NLopt gives no numbers where there is no solution.
     scaled = result.GetSolution(built.decision)
     scaled = np.clip(scaled if np.all(np.isfinite(scaled)) else start, 0.0, 1.0)

@@ -195,7 +195,7 @@ def test_limits_that_the_arm_will_meet_are_predicted(page, monkeypatch):
         monkeypatch.setattr(
             Prediction,
             "of",
-            lambda *args, p=load, v=speed: replace(of(*args), peak_torque_utilization=p, peak_velocity_utilization=v),
+            lambda *args, p=load, v=speed: of(*args)._replace(peak_torque_utilization=p, peak_velocity_utilization=v),
         )
         page.explorer.choose(page.explorer.cast)
         assert ("predicted to meet its limits" in page.caption) is expected

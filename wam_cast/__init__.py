@@ -36,32 +36,24 @@ if TYPE_CHECKING:
     from wam_cast.simulation.simulator import simulate_cast as simulate_cast
     from wam_cast.simulation.simulator import simulate_casts as simulate_casts
 
-_HOME = {
-    "ArmController": "robot.controller",
-    "Cast": "cast",
-    "CastController": "robot.controller",
-    "CastDataset": "learning.dataset",
-    "CastRecording": "simulation.recording",
-    "CastSimulator": "simulation.simulator",
-    "CastStation": "robot.station",
-    "ForwardModel": "learning.forward_model",
-    "InputError": "errors",
-    "KernelRidge": "learning.kernel_ridge",
-    "Noise": "scenario",
-    "Outcome": "simulation.outcome",
-    "Plan": "planning.plan",
-    "Scenario": "scenario",
-    "Solution": "planning.solution",
-    "Status": "simulation.outcome",
-    "Throw": "simulation.recording",
-    "generate_dataset": "learning.dataset",
-    "plan_cast": "planning.plan",
-    "reference_dataset": "learning.reference",
-    "reference_model": "learning.reference",
-    "reproduce": "experiments.paper.reproduce",
-    "simulate_cast": "simulation.simulator",
-    "simulate_casts": "simulation.simulator",
+_NAMES = {
+    "cast": ["Cast"],
+    "errors": ["InputError"],
+    "experiments.paper.reproduce": ["reproduce"],
+    "learning.dataset": ["CastDataset", "generate_dataset"],
+    "learning.forward_model": ["ForwardModel"],
+    "learning.kernel_ridge": ["KernelRidge"],
+    "learning.reference": ["reference_dataset", "reference_model"],
+    "planning.plan": ["Plan", "plan_cast"],
+    "planning.solution": ["Solution"],
+    "robot.controller": ["ArmController", "CastController"],
+    "robot.station": ["CastStation"],
+    "scenario": ["Noise", "Scenario"],
+    "simulation.outcome": ["Outcome", "Status"],
+    "simulation.recording": ["CastRecording", "Throw"],
+    "simulation.simulator": ["CastSimulator", "simulate_cast", "simulate_casts"],
 }
+_HOME = {name: module for module, names in _NAMES.items() for name in names}
 
 __all__ = [*sorted(_HOME), "__version__"]
 

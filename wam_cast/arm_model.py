@@ -13,9 +13,8 @@ from wam_cast.types import Array
 
 def models_directory() -> Path:
     """Return the folder of the robot's models: inside the package once installed, beside it in a checkout."""
-    package = Path(__file__).parent
-    installed = package / "models"
-    return installed if installed.is_dir() else package.parent / "models"
+    installed = Path(__file__).with_name("models")
+    return installed if installed.is_dir() else installed.parents[1] / "models"
 
 
 def arm_model_path() -> Path:
@@ -31,17 +30,20 @@ def arm_coulomb_friction() -> Array:
 
 def bearing_limits() -> tuple[float, float]:
     """Return the smallest and the largest bearing [rad] that joint 1, which turns by the bearing's negative, allows."""
-    limit = ET.parse(arm_model_path()).getroot().find("joint[@type='revolute']/limit")
-    assert limit is not None
-    return -float(limit.attrib["upper"]), -float(limit.attrib["lower"])
+    limit = _joint_1("limit")
+    return -float(limit["upper"]), -float(limit["lower"])
 
 
 @cache
 def shoulder_depth() -> float:
     """Return how far below the mounting face the axes of joints 1 to 3 meet [m]."""
-    origin = ET.parse(arm_model_path()).getroot().find("joint[@type='revolute']/origin")
-    assert origin is not None
-    return float(origin.attrib["xyz"].split()[2])
+    return float(_joint_1("origin")["xyz"].split()[2])
+
+
+def _joint_1(tag: str) -> dict[str, str]:
+    element = ET.parse(arm_model_path()).getroot().find(f"joint[@type='revolute']/{tag}")
+    assert element is not None
+    return element.attrib
 
 
 def physical_urdf() -> str:

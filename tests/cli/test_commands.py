@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import wam_cast as wc
-from wam_cast.cli import long_work, model_choice
+from wam_cast.cli import model_choice
 from wam_cast.learning.reference import reference_model
 from wam_cast.planning.solution import SOLVERS
 from wam_cast.scenario import Noise
@@ -402,7 +402,7 @@ def test_train_makes_the_model_that_later_runs_use(cli, folder, monkeypatch):
     stem = f"heavy-{wc.Scenario.from_yaml('heavy.yaml').fingerprint[:8]}"
     assert f"{stem}.model" in names(folder)
     assert f"{stem}.casts/manifest.json" in names(folder)
-    monkeypatch.setattr(long_work, "generate", None)  # not to be called
+    monkeypatch.setattr(model_choice, "generate", None)  # not to be called
     assert cli(*words).out == first.out
     assert cli(*words, "--train").out == first.out
     # Another value is another scenario, which has no model yet.

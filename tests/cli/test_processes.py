@@ -5,6 +5,7 @@ import os
 import re
 import shlex
 import signal
+import sys
 import time
 import urllib.request
 
@@ -150,9 +151,13 @@ def test_the_commands_that_an_error_names_work_as_printed(process):
 
 
 def test_ctrl_c_while_the_parts_are_loaded_is_no_traceback(cli, monkeypatch):
-    def interrupted():
-        raise KeyboardInterrupt
+    class Interruption:
+        @staticmethod
+        def find_spec(name, *_):
+            if name == "wam_cast.cli.commands":
+                raise KeyboardInterrupt
 
-    monkeypatch.setattr("wam_cast.cli.entry.run", interrupted)
+    monkeypatch.delitem(sys.modules, "wam_cast.cli.commands", raising=False)
+    monkeypatch.setattr(sys, "meta_path", [Interruption, *sys.meta_path])
     result = cli("plan", "--cup", "0.75")
     assert (result.code, result.out, result.err) == (130, "", "interrupted\n")

@@ -6,39 +6,23 @@ is no; 2 the input was wrong, one line says how; 130 interrupted.
 
 from __future__ import annotations
 
+import os
 import time
+from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 import wam_cast as wc
-from wam_cast.cli import explorer_page, long_work, model_choice, tables
-from wam_cast.cli.options import (
-    CupOption,
-    JsonOption,
-    ModelOption,
-    Planner,
-    PlannerOption,
-    ScenarioOption,
-    Solver,
-    SolverOption,
-    TrainOption,
-    WorkersOption,
-    parse_cup,
-)
+from wam_cast.cli import model_choice, options, results
+from wam_cast.cli.options import parse_cup
 from wam_cast.cli.output_files import ThrowFiles, check_picture
-from wam_cast.cli.records import plan_record, print_json, throw_record
-from wam_cast.cli.terminal import out, phase_progress, progress
+from wam_cast.cli.results import plan_record, print_json, throw_record
+from wam_cast.cli.terminal import err, out, phase_progress, progress
 from wam_cast.errors import InputError
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from wam_cast.planning.plan import Plan
-    from wam_cast.simulation.outcome import Outcome
-    from wam_cast.types import Position
+from wam_cast.types import Position
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
@@ -60,12 +44,12 @@ def _common(
 
 @app.command()
 def throw(
-    cup: CupOption,
-    scenario: ScenarioOption = None,
-    model: ModelOption = None,
-    planner: PlannerOption = "program",
-    solver: SolverOption = None,
-    train: TrainOption = False,
+    cup: options.Cups,
+    scenario: options.Scenario = None,
+    model: options.Model = None,
+    planner: options.Planner = "program",
+    solver: options.Solver = None,
+    train: options.Train = False,
     replay: Annotated[
         Path | None, typer.Option(metavar="FILE.html", help="Write a replay that opens in a browser.")
     ] = None,
@@ -83,7 +67,7 @@ def throw(
             help="Draws the scenario's noise, for the next cups with S+1, S+2 and so on. No effect without noise.",
         ),
     ] = 0,
-    as_json: JsonOption = False,
+    as_json: options.AsJson = False,
 ) -> None:
     """Plan a cast for each cup, execute them after each other in simulation, and report what became of the ball.
 
@@ -94,35 +78,36 @@ def throw(
     files.check(len(cups))
     setting, forward = model_choice.scenario_and_model(scenario, model, train)
     plans = _plans(forward, cups, planner, solver)
-    executed: list[tuple[Plan, Outcome]] = []
+    outcomes: list[wc.Outcome] = []
     try:
         with progress("casting", len(plans)) as advance:
 
-            def note(outcome: Outcome) -> None:
-                executed.append((plans[len(executed)], outcome))
-                advance(len(executed))
+            def note(outcome: wc.Outcome) -> None:
+                outcomes.append(outcome)
+                advance(len(outcomes))
 
             _execute(setting, plans, seed, files, note)
     finally:
         # What was finished is told even if the rest is interrupted.
+        executed = list(zip(plans, outcomes, strict=False))
         if executed and as_json:
             records = [throw_record(*pair) for pair in executed]
             print_json(records if len(plans) > 1 else records[0])
         elif executed:
-            tables.print_throws(executed)
-    if not all(outcome.is_caught for _, outcome in executed):
+            results.print_throws(executed)
+    if not all(outcome.is_caught for outcome in outcomes):
         raise typer.Exit(1)
 
 
 @app.command()
 def plan(
-    cup: CupOption,
-    scenario: ScenarioOption = None,
-    model: ModelOption = None,
-    planner: PlannerOption = "program",
-    solver: SolverOption = None,
-    train: TrainOption = False,
-    as_json: JsonOption = False,
+    cup: options.Cups,
+    scenario: options.Scenario = None,
+    model: options.Model = None,
+    planner: options.Planner = "program",
+    solver: options.Solver = None,
+    train: options.Train = False,
+    as_json: options.AsJson = False,
 ) -> None:
     """Plan a cast for each cup, without executing it."""
     cups = [parse_cup(text) for text in cup]
@@ -132,7 +117,7 @@ def plan(
         records = [plan_record(one) for one in plans]
         print_json(records if len(plans) > 1 else records[0])
     else:
-        tables.print_plans(plans)
+        results.print_plans(plans)
     if not all(one.is_feasible for one in plans):
         raise typer.Exit(1)
 
@@ -142,32 +127,28 @@ def generate(
     directory: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where the dataset goes.")],
     casts: Annotated[int, typer.Option(min=1, help="How many casts to simulate.")] = model_choice.TRAINING_CASTS,
     seed: Annotated[int, typer.Option(min=0, help="Draws the casts: row i of a seed is always the same.")] = 0,
-    scenario: ScenarioOption = None,
-    workers: WorkersOption = None,
+    scenario: options.Scenario = None,
+    workers: options.Workers = None,
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Of a Dask scheduler whose workers simulate instead.")
     ] = None,
-    as_json: JsonOption = False,
+    as_json: options.AsJson = False,
 ) -> None:
     """Simulate random casts and store them; an interrupted run goes on when it is started again."""
     if workers is not None and scheduler is not None:
         raise InputError("--workers and --scheduler exclude each other: a scheduler brings its own workers")
     started = time.perf_counter()
-    setting = model_choice.load_scenario(scenario)
-    data = long_work.generate(setting, scenario, casts, seed, directory, workers, scheduler)
+    data = model_choice.generate(scenario, casts, seed, directory, workers, scheduler)
     seconds = time.perf_counter() - started
     counts = data.frame["status"].value_counts().to_dict()
     if as_json:
-        print_json(
-            {
-                "directory": str(directory),
-                "n_casts": len(data),
-                "seed": seed,
-                "fingerprint": setting.fingerprint,
-                "statuses": counts,
-                "wall_s": seconds,
-            }
-        )
+        made = {
+            "directory": str(directory),
+            "n_casts": len(data),
+            "seed": seed,
+            "fingerprint": data.scenario.fingerprint,
+        }
+        print_json({**made, "statuses": counts, "wall_s": seconds})
     else:
         statuses = ", ".join(f"{count} {status}" for status, count in counts.items())
         out.print(f"{len(data)} casts in {directory} ({statuses}), {seconds:.1f} s")
@@ -180,14 +161,14 @@ def fit(
     scenario: Annotated[
         Path | None, typer.Option(metavar="FILE", help="YAML file; default: the scenario stored with the dataset.")
     ] = None,
-    as_json: JsonOption = False,
+    as_json: options.AsJson = False,
 ) -> None:
     """Fit a forward model to a dataset."""
-    model = long_work.fit(dataset, file, None if scenario is None else model_choice.load_scenario(scenario))
+    model = model_choice.fit(dataset, file, None if scenario is None else model_choice.load_scenario(scenario))
     if as_json:
         print_json({"model": str(file), "reach": model.reach, **asdict(model.info)})
     else:
-        tables.print_fit(model)
+        results.print_fit(model)
 
 
 @app.command()
@@ -195,16 +176,22 @@ def reproduce(
     directory: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where the report goes.")],
     seed: Annotated[int, typer.Option(min=0, help="Draws all that is random.")] = 0,
     quick: Annotated[bool, typer.Option("--quick", metavar="", help="With a tenth of the data.")] = False,
-    scenario: ScenarioOption = None,
-    as_json: JsonOption = False,
+    scenario: options.Scenario = None,
+    as_json: options.AsJson = False,
 ) -> None:
     """Run the paper's experiment and write its report; an interrupted run goes on when it is started again."""
     setting = model_choice.load_scenario(scenario)
-    findings = long_work.reproduce(setting, scenario, directory, seed, quick)
+    with phase_progress() as report:
+        try:
+            findings = wc.reproduce(setting, directory, seed=seed, quick=quick, on_progress=report)
+        except KeyboardInterrupt:
+            command = model_choice.command_line("reproduce", seed=seed, out=directory, scenario=scenario, quick=quick)
+            err.print(f"what is finished is kept in {directory}. Go on with: {command}")
+            raise
     if as_json:
         print_json({"directory": str(directory), **findings.summary()})
     else:
-        tables.print_findings(findings, directory)
+        results.print_findings(findings, directory)
 
 
 @app.command("map")
@@ -217,14 +204,14 @@ def map_(
     casts: Annotated[
         int, typer.Option(min=1, help="How many for each cup. Without noise all would be alike: one is cast.")
     ] = 1,
-    scenario: ScenarioOption = None,
-    model: ModelOption = None,
-    planner: PlannerOption = "program",
-    solver: SolverOption = None,
-    train: TrainOption = False,
+    scenario: options.Scenario = None,
+    model: options.Model = None,
+    planner: options.Planner = "program",
+    solver: options.Solver = None,
+    train: options.Train = False,
     seed: Annotated[int, typer.Option(min=0, help="Draws the scenario's noise.")] = 0,
-    workers: WorkersOption = None,
-    as_json: JsonOption = False,
+    workers: options.Workers = None,
+    as_json: options.AsJson = False,
 ) -> None:
     """Plan and execute casts for cups all over the reachable floor, and draw it as a map.
 
@@ -244,38 +231,57 @@ def map_(
     if as_json:
         print_json({"picture": str(picture), **floor.record()})
     else:
-        tables.print_map(floor, picture)
+        results.print_map(floor, picture)
 
 
 @app.command()
 def show(
-    scenario: ScenarioOption = None,
-    model: ModelOption = None,
+    scenario: options.Scenario = None,
+    model: options.Model = None,
     graph: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Write a drawing of the diagram (.svg, .png, .pdf, .dot) instead."),
     ] = None,
-    as_json: JsonOption = False,
+    as_json: options.AsJson = False,
 ) -> None:
     """Explore casts in the browser, with sliders for the cast and the cup, until interrupted.
 
     It shows where the ball is predicted to land, executes what is chosen, and plans. A scenario without a model is explored
     without predictions.
     """
-    if graph is None:
-        explorer_page.explore(scenario, model, as_json)
+    if graph is not None:
+        from wam_cast.visualization.diagram import write_graph
+
+        setting = model_choice.load_scenario(scenario) if model is None else model_choice.find(scenario, model)[0]
+        write_graph(wc.CastStation(setting), graph)
+        if as_json:
+            print_json({"graph": str(graph)})
+        else:
+            out.print(f"the diagram is in {graph}")
         return
-    from wam_cast.visualization.diagram import write_graph
+    from wam_cast.visualization.interactive.explorer import Explorer
 
-    setting = model_choice.load_scenario(scenario) if model is None else model_choice.find(scenario, model)[0]
-    write_graph(wc.CastStation(setting), graph)
+    with progress("setting up"):
+        setting, forward = model_choice.find(scenario, model)
+        advice = {}
+        if forward is None and scenario is not None:
+            advice = {"advice": f"{model_choice.how_to_make(scenario, setting)}, and start again"}
+        explorer = Explorer(setting, forward, **advice)
     if as_json:
-        print_json({"graph": str(graph)})
+        print_json({"url": explorer.url})
     else:
-        out.print(f"the diagram is in {graph}")
+        out.print(f"{explorer.url} is a page to explore casts: its sliders and buttons are under Open Controls")
+        out.print("stop with Ctrl-C")
+    try:
+        explorer.run()
+    except KeyboardInterrupt:
+        err.print("interrupted")
+        os._exit(130)  # at its regular end Meshcat would wait for browsers that loaded the page a while ago
 
 
-def _plans(model: wc.ForwardModel, cups: list[Position], planner: Planner, solver: Solver | None) -> list[Plan]:
+def _plans(
+    model: wc.ForwardModel, cups: list[Position], planner: options.Planner, solver: options.Solver
+) -> list[wc.Plan]:
     plans = []
     with progress("planning", len(cups)) as advance:
         for done, cup in enumerate(cups, 1):
@@ -285,10 +291,10 @@ def _plans(model: wc.ForwardModel, cups: list[Position], planner: Planner, solve
 
 
 def _execute(
-    scenario: wc.Scenario, plans: list[Plan], seed: int, files: ThrowFiles, on_outcome: Callable[[Outcome], None]
+    scenario: wc.Scenario, plans: list[wc.Plan], seed: int, files: ThrowFiles, on_outcome: Callable[[wc.Outcome], None]
 ) -> None:
     """Execute plans after each other; if it is to be shown, to the end of the last return, and write what is wanted."""
-    if files.are_wanted:
+    if any(files):
         throws = [wc.Throw(plan.cast, plan.cup) for plan in plans]
         simulator = wc.CastSimulator(scenario)
         recordings = simulator.record_sequence(throws, noise_seed=seed, on_outcome=on_outcome)

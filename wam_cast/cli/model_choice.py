@@ -1,12 +1,15 @@
-"""What the command line plans with: a scenario and its model, found or made."""
+"""What the command line plans with: a scenario and its model, found or made; and how both, with a dataset, are made."""
 
 from __future__ import annotations
 
+import shlex
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import wam_cast as wc
-from wam_cast.cli import long_work
-from wam_cast.cli.long_work import command_line
+from wam_cast.cli.terminal import err, progress
 from wam_cast.errors import InputError
 from wam_cast.storage.atomic import check_writable
 
@@ -31,8 +34,8 @@ def scenario_and_model(path: Path | None, model_path: Path | None, train: bool) 
         )
     own, casts = _own_files(path, scenario)
     check_writable(own)
-    long_work.generate(scenario, path, TRAINING_CASTS, 0, casts)
-    return scenario, long_work.fit(casts, own, scenario)
+    generate(path, TRAINING_CASTS, 0, casts)
+    return scenario, fit(casts, own, scenario)
 
 
 def find(path: Path | None, model_path: Path | None) -> tuple[wc.Scenario, wc.ForwardModel | None]:
@@ -53,11 +56,74 @@ def find(path: Path | None, model_path: Path | None) -> tuple[wc.Scenario, wc.Fo
 def how_to_make(path: Path, scenario: wc.Scenario) -> str:
     """Return the commands that make a scenario's own model, where `find` finds it."""
     own, casts = _own_files(path, scenario)
-    generate = command_line("generate", scenario=path, casts=TRAINING_CASTS, out=casts)
-    return f"make one with `{generate}` and then `{command_line('fit', casts, out=own)}`"
+    make = command_line("generate", scenario=path, casts=TRAINING_CASTS, out=casts)
+    return f"make one with `{make}` and then `{command_line('fit', casts, out=own)}`"
+
+
+def generate(
+    scenario: Path | None, casts: int, seed: int, out: Path, workers: int | None = None, scheduler: str | None = None
+) -> wc.CastDataset:
+    """Generate a dataset of the scenario in a file; if that is interrupted, say how to go on."""
+    setting, done = load_scenario(scenario), 0
+    with progress("simulating casts", casts) as advance, _executor(scheduler) as executor:
+
+        def report(n_done: int, _: int) -> None:
+            nonlocal done
+            done = n_done
+            advance(n_done)
+
+        try:
+            return wc.generate_dataset(
+                setting, casts, seed, executor=executor, n_workers=workers, directory=out, on_progress=report
+            )
+        except KeyboardInterrupt:
+            command = command_line(
+                "generate", casts=casts, seed=seed, out=out, scenario=scenario, workers=workers, scheduler=scheduler
+            )
+            err.print(
+                f"{done} of {casts} casts were simulated; finished parts are kept in {out}. Go on with: {command}"
+            )
+            raise
+
+
+def fit(dataset: Path, file: Path, scenario: wc.Scenario | None) -> wc.ForwardModel:
+    """Fit a model to a stored dataset and store it; by default for the dataset's own scenario."""
+    check_writable(file)
+    data = wc.CastDataset.load(dataset, scenario)
+    with progress("fitting"):
+        model = wc.ForwardModel.fit(data)
+    model.save(file)
+    return model
+
+
+def command_line(command: str, *arguments: object, **options: object) -> str:
+    """Return a line of `wam-cast` for a shell; options that are None or False are left out, and True is a flag."""
+    words = ["wam-cast", command, *map(str, arguments)]
+    for name, value in options.items():
+        if value is not None and value is not False:
+            words += [f"--{name}"] if value is True else [f"--{name}", str(value)]
+    return shlex.join(words)
 
 
 def _own_files(path: Path, scenario: wc.Scenario) -> tuple[Path, Path]:
     """Return where the own model of the scenario at `path` lies, and its dataset."""
     own = path.with_name(f"{path.stem}-{scenario.fingerprint[:8]}.model")
     return own, own.with_suffix(".casts")
+
+
+@contextmanager
+def _executor(scheduler: str | None) -> Iterator[Any]:
+    """Give an executor on a Dask cluster, or none for this machine's processes."""
+    if scheduler is None:
+        yield None
+        return
+    try:
+        from distributed import Client
+
+        client = Client(scheduler, timeout=10)
+    except ImportError:
+        raise InputError("--scheduler needs Dask: pip install 'wam-cast[distributed]'") from None
+    except (OSError, ValueError, TimeoutError) as error:
+        raise InputError(f"--scheduler {scheduler}: no Dask scheduler answers there ({error})") from None
+    with client:
+        yield client.get_executor()

@@ -11,33 +11,24 @@ import typer
 from wam_cast.errors import InputError
 from wam_cast.types import Position
 
-# Their names stand in `planning.plan` too, which loads Drake: `--help` does without.
-Planner = Literal["program", "gradient"]
-Solver = Literal["snopt", "ipopt", "nlopt"]
-
-CupOption = Annotated[
+AsJson = Annotated[bool, typer.Option("--json", metavar="", help="Print the result as JSON.")]
+Cups = Annotated[
     list[str], typer.Option("--cup", metavar="X[,Y]", help="The cup's axis in metres; default of Y: 0. Repeatable.")
 ]
-JsonOption = Annotated[bool, typer.Option("--json", metavar="", help="Print the result as JSON.")]
-ModelOption = Annotated[
+Model = Annotated[
     Path | None,
     typer.Option(
-        "--model",
         metavar="FILE",
         help="What `wam-cast fit` wrote; its scenario holds unless --scenario names one. Default: the scenario's own.",
     ),
 ]
-PlannerOption = Annotated[Planner, typer.Option("--planner", help="`gradient` is the paper's.")]
-ScenarioOption = Annotated[
-    Path | None, typer.Option("--scenario", metavar="FILE", help="YAML file; default: the reference scenario.")
-]
-SolverOption = Annotated[Solver | None, typer.Option("--solver", help="Of the program; default: snopt.")]
-TrainOption = Annotated[
-    bool, typer.Option("--train", metavar="", help="Make the scenario's model first if it has none.")
-]
-WorkersOption = Annotated[
-    int | None, typer.Option("--workers", min=1, help="Number of processes; default: one per processor.")
-]
+Scenario = Annotated[Path | None, typer.Option(metavar="FILE", help="YAML file; default: the reference scenario.")]
+Train = Annotated[bool, typer.Option("--train", metavar="", help="Make the scenario's model first if it has none.")]
+Workers = Annotated[int | None, typer.Option(min=1, help="Number of processes; default: one per processor.")]
+
+# Their values stand in `planning.plan` too, which loads Drake: `--help` does without.
+Planner = Annotated[Literal["program", "gradient"], typer.Option(help="`gradient` is the paper's.")]
+Solver = Annotated[Literal["snopt", "ipopt", "nlopt"] | None, typer.Option(help="Of the program; default: snopt.")]
 
 
 def parse_cup(text: str) -> Position:

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
+import wam_cast as wc
 from wam_cast.cli.terminal import err
 from wam_cast.errors import InputError
 from wam_cast.storage.atomic import check_writable
-
-if TYPE_CHECKING:
-    from wam_cast.planning.plan import Plan
-    from wam_cast.simulation.recording import CastRecording
 
 
 def check_picture(path: Path) -> None:
@@ -24,50 +20,41 @@ def check_picture(path: Path) -> None:
     check_writable(path)
 
 
-@dataclass(frozen=True)
-class ThrowFiles:
+class ThrowFiles(NamedTuple):
     """What `throw` is to write, each a path or none; the picture and the animation show one cast."""
 
     replay: Path | None
     picture: Path | None
     animation: Path | None
 
-    @property
-    def are_wanted(self) -> bool:
-        """Whether there is anything to write."""
-        return any(path is not None for path in astuple(self))
-
     def check(self, n_cups: int) -> None:
         """Refuse what could not be written of so many casts."""
         for option, path in (("--picture", self.picture), ("--animation", self.animation)):
-            if path is not None and n_cups > 1:
+            if path and n_cups > 1:
                 raise InputError(f"{option} shows one cast: give one --cup, not {n_cups}")
-        for path in (self.replay, self.picture, self.animation):
-            if path is not None:
-                check_writable(path)
-        if self.replay is not None and self.replay.suffix.lower() not in (".html", ".htm"):
+        for path in filter(None, self):
+            check_writable(path)
+        if self.replay and self.replay.suffix.lower() not in (".html", ".htm"):
             raise InputError(f"--replay {self.replay} is a web page: choose a name that ends in .html")
-        if self.picture is not None:
+        if self.picture:
             check_picture(self.picture)
-        if self.animation is not None:
+        if self.animation:
             from wam_cast.visualization.film import check_animation
 
             check_animation(self.animation)
 
-    def write(self, recordings: Sequence[CastRecording], plans: Sequence[Plan]) -> None:
+    def write(self, recordings: Sequence[wc.CastRecording], plans: Sequence[wc.Plan]) -> None:
         """Write what is wanted of casts that were executed as planned, and say where."""
-        if self.replay is not None:
-            from wam_cast.visualization.replay import write_replay
+        from wam_cast.visualization.film import write_animation
+        from wam_cast.visualization.film_strip import write_picture
+        from wam_cast.visualization.replay import write_replay
 
+        if self.replay:
             write_replay(recordings, self.replay, [plan.predicted_landing for plan in plans])
             err.print(f"replay: {self.replay}")
-        if self.picture is not None:
-            from wam_cast.visualization.film_strip import write_picture
-
+        if self.picture:
             write_picture(recordings[0], self.picture, plans[0].predicted_landing)
             err.print(f"picture: {self.picture}")
-        if self.animation is not None:
-            from wam_cast.visualization.film import write_animation
-
+        if self.animation:
             write_animation(recordings[0], self.animation)
             err.print(f"animation: {self.animation}")

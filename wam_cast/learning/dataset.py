@@ -79,7 +79,7 @@ class CastDataset:
         manifest = store.read_manifest()
         remedy = "generate a dataset for this scenario"
         if scenario is None:
-            scenario = store.read_scenario()
+            scenario = Scenario.from_yaml(store.scenario_path)
             remedy = "its scenario.yaml or the arm's model changed since; restore it, or generate the dataset again"
         if scenario.fingerprint != manifest.fingerprint:
             raise InputError(

@@ -50,15 +50,7 @@ class Workers:
             pool.__exit__(kind, *details)
 
     def run(self, function: Callable[[int], T], rows: Sequence[int]) -> Generator[T | None]:
-        """Yield `function(row)` for each row, in their order; see `run_rows`.
-
-        Raises
-        ------
-        InputError
-            If processes cannot start at all.
-        Exception
-            Whatever `function` raises.
-        """
+        """Yield `function(row)` for each row, in their order; raises as `run_rows` does."""
         done = 0
         while done < len(rows):
             pool = self._pool = self._pool or _WorkerPool(self._n_workers)
@@ -66,12 +58,11 @@ class Workers:
                 for result in _results(pool, function, rows[done:], deque()):
                     yield result
                     done += 1
-            except BrokenProcessPool as error:
-                self.__exit__(type(error), error, error.__traceback__)
             except BaseException as error:
                 # What was handed out and is not wanted any more must not keep the next batch waiting.
                 self.__exit__(type(error), error, error.__traceback__)
-                raise
+                if not isinstance(error, BrokenProcessPool):
+                    raise
             else:
                 return
             # A dead process takes the whole pool with it. The guilty row is among the oldest unfinished ones, or soon will be.
@@ -123,9 +114,7 @@ def run_rows(
 
 def available_processors() -> int:
     """Return the number of processors that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _results(

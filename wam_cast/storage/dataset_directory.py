@@ -94,12 +94,10 @@ class DatasetDirectory(WorkDirectory):
 
     def __init__(self, path: str | Path) -> None:
         super().__init__(path)
-        self.scenario_path = self.path / "scenario.yaml"
-        self._manifest_path = self.path / self.identity_name
         self._casts_path = self.path / "casts"
 
-    def open(self, scenario: Scenario, seed: int, n_casts: int) -> Manifest:
-        """Begin a dataset here, or go on with the one that is here, and return its manifest.
+    def open(self, scenario: Scenario, seed: int, n_casts: int) -> None:
+        """Begin a dataset here, or go on with the one that is here.
 
         A dataset may grow: `n_casts` can be more than before.
 
@@ -108,31 +106,33 @@ class DatasetDirectory(WorkDirectory):
         InputError
             If something else is here, or the directory cannot be written.
         """
-        wanted = {"scenario": scenario.fingerprint, "seed": seed}
-        history: tuple[dict[str, str], ...] = ()
+        versions: tuple[dict[str, str], ...] = (current_versions(),)
         if self._is_begun():
             old = self.read_manifest()
-            self._check_same({"scenario": old.fingerprint, "seed": old.seed}, wanted)
+            self._check_same(
+                {"scenario": old.fingerprint, "seed": old.seed}, {"scenario": scenario.fingerprint, "seed": seed}
+            )
             if old.n_casts > n_casts:
                 raise InputError(
                     f"{self.path} holds a dataset of {old.n_casts} casts, more than the {n_casts} asked for; "
                     f"ask for as many, or {ELSEWHERE}"
                 )
-            history = old.versions
-        versions = current_versions()
-        manifest = Manifest(
-            fingerprint=scenario.fingerprint,
-            seed=seed,
-            n_casts=n_casts,
-            versions=history if versions in history else (*history, versions),
-        )
-        self._prepare(manifest, scenario)
-        return manifest
+            versions = old.versions if versions[0] in old.versions else old.versions + versions
+        manifest = Manifest(fingerprint=scenario.fingerprint, seed=seed, n_casts=n_casts, versions=versions)
+        self._make_folders(self.path)
+        self._write(self.identity_path, f"{manifest.model_dump_json(indent=2)}\n".encode())
+        if not self.scenario_path.exists():
+            self._write(self.scenario_path, scenario.to_yaml().encode())
+        self._make_folders(self._casts_path)
+        with self._errors_of_writing():
+            for folder in (self.path, self._casts_path):
+                for stale in folder.glob(".*.tmp"):  # of a run that was killed
+                    stale.unlink()
 
     def read_manifest(self) -> Manifest:
         """Return the manifest. Raises `InputError` if there is none, or none that this version understands."""
         try:
-            return Manifest.model_validate_json(self._manifest_path.read_bytes())
+            return Manifest.model_validate_json(self.identity_path.read_bytes())
         except OSError as error:
             raise InputError(
                 f"{self.path} is not a dataset (manifest.json: {error.strerror}); "
@@ -144,37 +144,23 @@ class DatasetDirectory(WorkDirectory):
                 f"generate the dataset again into another directory"
             ) from None
 
-    def read_scenario(self) -> Scenario:
-        """Return the scenario. Raises `InputError` if it cannot be read."""
-        return Scenario.from_yaml(self.scenario_path)
-
     def read_parts(self, n_casts: int) -> list[pa.Table | None]:
         """Return the parts of a dataset of `n_casts`; None for those that are missing, unreadable, or not complete."""
-        return [self._read_part(part, len(rows)) for part, rows in enumerate(part_rows(n_casts))]
-
-    def _read_part(self, part: int, n_rows: int) -> pa.Table | None:
-        try:
-            with pq.ParquetFile(self._part_path(part)) as file:
-                table = file.read()
-        except (OSError, pa.ArrowException):
-            return None
-        return table if table.schema.equals(SCHEMA) and table.num_rows == n_rows else None
+        tables = []
+        for part, rows in enumerate(part_rows(n_casts)):
+            try:
+                with pq.ParquetFile(self._part_path(part)) as file:
+                    table = file.read()
+            except (OSError, pa.ArrowException):
+                table = None
+            is_whole = table is not None and table.schema.equals(SCHEMA) and table.num_rows == len(rows)
+            tables.append(table if is_whole else None)
+        return tables
 
     def write_part(self, part: int, table: pa.Table) -> None:
         """Write a part. Raises `InputError` if that fails."""
         with self._writing(self._part_path(part)) as temporary:
             pq.write_table(table, temporary)
-
-    def _prepare(self, manifest: Manifest, scenario: Scenario) -> None:
-        self._make_folders(self.path)
-        self._write(self._manifest_path, manifest.model_dump_json(indent=2) + "\n")
-        if not self.scenario_path.exists():
-            self._write(self.scenario_path, scenario.to_yaml())
-        self._make_folders(self._casts_path)
-        with self._errors_of_writing():
-            for folder in (self.path, self._casts_path):
-                for stale in folder.glob(".*.tmp"):  # of a run that was killed
-                    stale.unlink()
 
     def _part_path(self, part: int) -> Path:
         return self._casts_path / f"part-{part:05d}.parquet"

@@ -54,7 +54,17 @@ class RunDirectory(WorkDirectory):
         self.casts, self.noisy_casts = self.path / "casts", self.path / "noisy_casts"
         self.figures = self.path / "figures"
         self._phases, self._wall = self.path / "phases", self.path / "wall.json"
-        self._open(dict(identity), scenario)
+        text = json.dumps(identity, indent=2)
+        if self._is_begun():
+            old = _read(self.identity_path, dict[str, object])
+            if old is None:
+                raise InputError(f"{self.identity_path} cannot be read; {ELSEWHERE}")
+            self._check_same(old, json.loads(text))
+        else:
+            self._make_folders(self.path)
+            self._write(self.identity_path, f"{text}\n".encode())
+        self._write(self.scenario_path, scenario.to_yaml().encode())
+        self._make_folders(self._phases, self.figures)
 
     def phase(self, name: str, kind: type[R], compute: Callable[[], R]) -> R:
         """Return what phase `name` found: from its file, or computed now and written there.
@@ -68,15 +78,12 @@ class RunDirectory(WorkDirectory):
         compute
             Finds it.
         """
-        path, adapter = self._phases / f"{name}.json", TypeAdapter(kind)
-        if path.exists():
-            try:
-                return adapter.validate_json(path.read_bytes())
-            except (OSError, ValidationError):
-                pass  # cut off: computed again
-        with self.timed(name):
-            result = compute()
-        self._write(path, adapter.dump_json(result).decode())
+        path = self._phases / f"{name}.json"
+        result = _read(path, kind)
+        if result is None:
+            with self.timed(name):
+                result = compute()
+            self._write(path, TypeAdapter(kind).dump_json(result))
         return result
 
     @contextmanager
@@ -88,31 +95,16 @@ class RunDirectory(WorkDirectory):
         finally:
             seconds = self.wall_seconds()
             seconds[name] = seconds.get(name, 0.0) + time.perf_counter() - started
-            self._write(self._wall, json.dumps(seconds, indent=1))
+            self._write(self._wall, json.dumps(seconds, indent=1).encode())
 
     def wall_seconds(self) -> dict[str, float]:
         """Return how long each phase took [s], all attempts together but for those that were killed."""
-        try:
-            return {str(k): float(v) for k, v in json.loads(self._wall.read_bytes()).items()}
-        except (OSError, ValueError, AttributeError):
-            return {}
-
-    def _open(self, identity: dict[str, object], scenario: Scenario) -> None:
-        path, text = self.path / self.identity_name, json.dumps(identity, indent=2)
-        if self._is_begun():
-            self._check_same(_read_object(path), json.loads(text))
-        else:
-            self._make_folders(self.path)
-            self._write(path, f"{text}\n")
-        self._write(self.path / "scenario.yaml", scenario.to_yaml())
-        self._make_folders(self._phases, self.figures)
+        return _read(self._wall, dict[str, float]) or {}
 
 
-def _read_object(path: Path) -> dict[str, object]:
+def _read(path: Path, kind: type[R]) -> R | None:
+    """Return what is in a file of JSON; None if it is not there, cut off, or of another kind."""
     try:
-        values = json.loads(path.read_bytes())
-    except (OSError, ValueError):
-        values = None
-    if not isinstance(values, dict):
-        raise InputError(f"{path} cannot be read; {ELSEWHERE}")
-    return values
+        return TypeAdapter(kind).validate_json(path.read_bytes())
+    except (OSError, ValidationError):
+        return None

@@ -26,6 +26,8 @@ class WorkDirectory:
         What is kept there, for messages.
     identity_name
         Of the file that says which work it is.
+    path, identity_path, scenario_path
+        The directory, that file, and the file of the scenario.
     """
 
     kind: ClassVar[str]
@@ -33,6 +35,7 @@ class WorkDirectory:
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
+        self.identity_path, self.scenario_path = self.path / self.identity_name, self.path / "scenario.yaml"
         # The system lets go of the lock when the process ends, however it does.
         self._lock = FileLock(self.path / ".lock", timeout=0)
 
@@ -50,8 +53,8 @@ class WorkDirectory:
         """Whether work has begun here. Raises `InputError` if something else is here."""
         with self._errors_of_writing():
             there = self.path.iterdir() if self.path.exists() else ()
-            entries = sorted(path.name for path in there if not path.name.startswith("."))
-        if entries and self.identity_name not in entries:
+            entries = sorted(path.name for path in there if path.name[0] != ".")
+        if entries and self.identity_path.name not in entries:
             raise InputError(
                 f"{self.path} holds {entries[0]} and no {self.kind}; choose an empty or a new directory (--out)"
             )
@@ -59,9 +62,7 @@ class WorkDirectory:
 
     def _check_same(self, old: Mapping[str, Any], new: Mapping[str, Any]) -> None:
         """Raise `InputError` unless what is here, `old`, is what is wanted, `new`."""
-        difference = _first_difference(old, new)
-        if difference is not None:
-            key, was, wanted = difference
+        for key, was, wanted in _differences(old, new):
             raise InputError(
                 f"{self.path} holds a {self.kind} with another {key} ({was!r}, not {wanted!r}); {ELSEWHERE}"
             )
@@ -72,10 +73,10 @@ class WorkDirectory:
             for folder in folders:
                 folder.mkdir(parents=True, exist_ok=True)
 
-    def _write(self, path: Path, text: str) -> None:
+    def _write(self, path: Path, content: bytes) -> None:
         """Write a file. Raises `InputError` if the system refuses."""
         with self._writing(path) as temporary:
-            temporary.write_bytes(text.encode())
+            temporary.write_bytes(content)
 
     @contextmanager
     def _writing(self, path: Path) -> Iterator[Path]:
@@ -94,17 +95,14 @@ class WorkDirectory:
             ) from None
 
 
-def _first_difference(old: Mapping[str, Any], new: Mapping[str, Any]) -> tuple[str, Any, Any] | None:
-    """Return the name of the first value that differs, such as `scenario.ball.mass`, and the two values; or none.
+def _differences(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[tuple[str, Any, Any]]:
+    """Yield the name of each value that differs, such as `scenario.ball.mass`, and the two values.
 
     By hand: the paths that a package (`deepdiff`) gives would have to be reworded, which takes as many lines.
     """
-    for key in [*new, *(key for key in old if key not in new)]:
+    for key in {**new, **old}:
         was, wanted = old.get(key), new.get(key)
         if isinstance(was, dict) and isinstance(wanted, dict):
-            inner = _first_difference(was, wanted)
-            if inner is not None:
-                return f"{key}.{inner[0]}", *inner[1:]
+            yield from ((f"{key}.{inner}", *values) for inner, *values in _differences(was, wanted))
         elif was != wanted:
-            return key, was, wanted
-    return None
+            yield key, was, wanted

@@ -1,0 +1,209 @@
+"""What the commands print: tables for people, and below them what a table has no room for; with `--json` records in SI units."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich.table import Table
+
+import wam_cast as wc
+from wam_cast.cli.terminal import out
+
+if TYPE_CHECKING:
+    from wam_cast.experiments.floor_map import FloorMap
+    from wam_cast.experiments.paper.findings import Findings
+
+Record = dict[str, Any]
+
+LOW_RIM_CLEAR_PROBABILITY = 0.5
+"""Probability of a rim-clear entry below which a plan is remarked upon."""
+
+
+def print_json(record: Record | Sequence[Record]) -> None:
+    """Print one object, or a list of them; what is not a number becomes null, which JSON has a word for."""
+    finite = json.loads(json.dumps(record), parse_constant=lambda _: None)
+    print(json.dumps(finite, indent=2), flush=True)
+
+
+def plan_record(plan: wc.Plan) -> Record:
+    """Return what `plan --json` prints of a plan."""
+    return {
+        "cup": plan.cup,
+        "cast": asdict(plan.cast),
+        "predicted_landing": plan.predicted_landing.tolist(),
+        "predicted_miss": plan.predicted_miss,
+        "predicted_std": plan.predicted_std,
+        "predicted_entry_angle": plan.predicted_entry_angle,
+        "predicted_entry_speed": plan.predicted_entry_speed,
+        "predicted_slack": plan.predicted_slack,
+        "predicted_peak_torque_utilization": plan.predicted_peak_torque_utilization,
+        "predicted_peak_velocity_utilization": plan.predicted_peak_velocity_utilization,
+        "rim_clear_probability": plan.rim_clear_probability,
+        "is_feasible": plan.is_feasible,
+        "planner": plan.method,
+        "n_evaluations": plan.n_evaluations,
+        "n_solutions": plan.n_solutions,
+        "reason": plan.reason,
+    }
+
+
+def throw_record(plan: wc.Plan, outcome: wc.Outcome) -> Record:
+    """Return what `throw --json` prints of a plan and its execution."""
+    return {
+        **plan_record(plan),
+        "landing": outcome.landing.tolist(),
+        "miss": outcome.miss,
+        "status": outcome.status.value,
+        "is_caught": outcome.is_caught,
+        "entry_angle": outcome.entry_angle,
+        "entry_speed": outcome.entry_speed,
+        "is_slack": outcome.is_slack,
+        "slack": outcome.slack,
+        "peak_torque_utilization": float(outcome.peak_torque_utilization.max()),
+        "peak_velocity_utilization": float(outcome.peak_velocity_utilization.max()),
+        "limits_hit": outcome.limits_hit,
+        "return_faults": outcome.return_faults,
+    }
+
+
+def print_plans(plans: Sequence[wc.Plan]) -> None:
+    """Print a row for each cup."""
+    table = _table(
+        "cup\n[m]", "distance\n[m]", "speed\n[m/s]", "wait\n[s]", "bearing\n[deg]", "predicted\nmiss [mm]", "clear\n[%]"
+    )
+    for plan in plans:
+        table.add_row(
+            _position(plan.cup),
+            *(f"{value:.4f}" for value in plan.cast.to_array()),
+            f"{math.degrees(plan.cast.bearing):.2f}",
+            f"{1e3 * plan.predicted_miss:.1f} ({1e3 * plan.predicted_std.along:.1f})",
+            f"{100 * plan.rim_clear_probability:.0f}",
+        )
+    out.print(table)
+    out.print("in brackets: predictive standard deviation")
+    out.print("clear: probability of a rim-clear entry (without touching the rim)")
+    for plan in plans:
+        if "against" in plan.reason:
+            out.print(f"cup {_position(plan.cup)}: {plan.reason}")
+        _print_infeasible(plan)
+
+
+def print_throws(executed: Sequence[tuple[wc.Plan, wc.Outcome]]) -> None:
+    """Print a row for each cup."""
+    table = _table("cup\n[m]", "predicted\n[m]", "executed\n[m]", "miss\n[mm]", "status")
+    for plan, outcome in executed:
+        landing, miss = _position(outcome.landing), f"{1e3 * outcome.miss:.1f}"
+        if not math.isfinite(outcome.miss):
+            landing = miss = "-"
+        table.add_row(_position(plan.cup), _position(plan.predicted_landing), landing, miss, outcome.status.value)
+    out.print(table)
+    for i, (plan, outcome) in enumerate(executed, 1):
+        cup, clear = f"cup {_position(plan.cup)}", plan.rim_clear_probability
+        _print_infeasible(plan)
+        if plan.is_feasible and clear < LOW_RIM_CLEAR_PROBABILITY:
+            out.print(f"{cup}: enters without touching the rim in {100 * clear:.0f} % of casts like this")
+        if not outcome.is_caught and i < len(executed):
+            out.print(f"{cup}: missed; the next cast starts anew, from rest at home")
+        if outcome.limits_hit:
+            out.print(f"{cup}: the arm meets the limit of {', '.join(outcome.limits_hit)}")
+        if outcome.return_faults:
+            out.print(f"{cup}: on the way home, {', '.join(outcome.return_faults)}")
+
+
+def print_fit(model: wc.ForwardModel) -> None:
+    """Print how a model was fitted, and how well it predicts the landing along the casting plane."""
+    info, (nearest, farthest) = model.info, model.reach
+    table = Table(show_header=False)
+    table.add_row("training casts", str(info.n_train))
+    table.add_row("ARD length scales (distance, speed, wait)", ", ".join(f"{sigma:.3f}" for sigma in info.sigma))
+    table.add_row("lambda", f"{info.regularization:.1e}")
+    table.add_row("leave-one-out RMSE [mm]", f"{1e3 * info.leave_one_out_rmse:.2f}")
+    table.add_row("validation RMSE [mm]", f"{1e3 * info.validation_rmse:.2f}")
+    table.add_row("test RMSE [mm]", f"{1e3 * info.test_rmse:.2f}")
+    table.add_row("reach [m]", f"{nearest:.3f} to {farthest:.3f}")
+    out.print(table)
+
+
+def print_findings(findings: Findings, directory: Path) -> None:
+    """Print the experiment's main numbers beside the paper's, and where the report is."""
+    from wam_cast.experiments.paper import published as paper
+
+    here = findings.summary()
+    rmse, predicted, executed = here["test_rmse_m"], here["predicted_miss_m"]["mean"], here["executed_miss_m"]["mean"]
+    n_cups, (low, high) = here["n_cups"], here["hit_interval"]
+    caught = f"{round(here['hit_rate'] * n_cups)} of {n_cups} ({low:.0%} to {high:.0%})"
+    table = _table("", "paper", "here")
+    for row in (
+        (
+            "training, validation, test casts",
+            f"{paper.N_TRAIN}, {paper.N_VALIDATION}, {paper.N_TEST}",
+            f"{here['n_train']}, {here['n_validation']}, {here['n_test']}",
+        ),
+        ("test RMSE, one length scale [cm]", f"{100 * paper.TEST_RMSE:.2f}", f"{100 * rmse['isotropic']:.2f}"),
+        ("test RMSE, ARD length scales [cm]", "-", f"{100 * rmse['ard']:.2f}"),
+        ("test RMSE, polynomial 12 [cm]", f"{100 * paper.POLYNOMIAL_RMSE:.1f}", f"{100 * rmse['polynomial_12']:.2f}"),
+        ("mean predicted miss [mm]", f"{1e3 * paper.PREDICTED_MISS:.1f}", f"{1e3 * predicted:.1f}"),
+        ("mean executed miss [mm]", "-", "-" if executed is None else f"{1e3 * executed:.1f}"),
+        ("hit rate", f"{100 * paper.HIT_RATE:.0f} %", caught),
+    ):
+        table.add_row(*row)
+    out.print(table)
+    out.print(f"report: {directory / 'report.html'}")
+
+
+def print_map(floor: FloorMap, picture: Path) -> None:
+    """Print a row for each distance from the base axis: what was predicted, what was executed, and how often it succeeded."""
+    table = _table(
+        *("cup\n\n[m]", "predicted\nalong\n[mm]", "executed\nalong\n[mm]", "executed\nlateral\n[mm]"),
+        *("clear\n\n[%]", "caught", "interval\n\n[%]"),
+    )
+    record = floor.record()
+    for ring in record["rings"]:
+        low, high = ring["hit_interval"]
+        table.add_row(
+            f"{ring['radius']:.3f}",
+            _offset(ring["predicted_along"], ring["predicted_std"][0]),
+            _scatter(ring["along"]),
+            _scatter(ring["lateral"]),
+            f"{100 * ring['rim_clear_probability']:.1f}",
+            f"{ring['n_caught']}/{ring['n_casts']}",
+            f"{100 * low:.0f}-{100 * high:.0f}",
+        )
+    out.print(table)
+    out.print("cup: its distance from the base axis; along: outward from its axis, lateral: to the left of it;")
+    out.print("in brackets: standard deviation; clear: probability of a rim-clear entry (without touching the rim)")
+    for ring in record["rings"]:
+        if not ring["is_feasible"]:
+            out.print(f"cup {ring['radius']:.3f}: no cast is predicted to land in it")
+    out.print(f"{record['n_caught']} of {record['n_casts']} caught; the map is in {picture}")
+
+
+def _print_infeasible(plan: wc.Plan) -> None:
+    if not plan.is_feasible:
+        out.print(f"cup {_position(plan.cup)}: no cast is predicted to land in it ({plan.reason})")
+
+
+def _table(*headings: str) -> Table:
+    table = Table()
+    for heading in headings:
+        table.add_column(heading, no_wrap=True)
+    return table
+
+
+def _position(xy: Any) -> str:
+    # Adding 0 turns a rounded -0 into 0.
+    return ", ".join(f"{round(value, 4) + 0:.4f}" for value in xy)
+
+
+def _scatter(offsets: Mapping[str, float | None]) -> str:
+    mean, std = offsets["mean"], offsets["std"]
+    return "-" if mean is None or std is None else _offset(mean, std)
+
+
+def _offset(mean: float, std: float) -> str:
+    return f"{round(1e3 * mean, 1) + 0:.1f} ({1e3 * std:.1f})"

@@ -36,22 +36,17 @@ SMALL_TURN = np.radians(0.5)
 REST_AT_END = 1.5
 """How long the last frame stays [s]."""
 
-FRAME_SIZE = (480, 510)
-"""Width and height of what is rendered [pixels]."""
-
-TITLE_HEIGHT = 30
-"""Of the strip above it, which names the stage and the time [pixels]."""
+FRAME_SIZE, TITLE_HEIGHT = (480, 510), 30
+"""Width and height of what is rendered, and the height of the strip above it, which names the stage and the time [pixels]."""
 
 DPI = 100
 
 N_COLORS = 255
 """Of a GIF's one palette; the last of 256 says that a pixel stays as it was."""
 
-VIVID = 50
-"""By how much the largest of red, green and blue exceeds the smallest in what is not grey, from 0 to 255."""
-
-VIVID_SHARE = 0.3
-"""How much vivid pixels weigh in the choice of a GIF's colours, beside all pixels."""
+VIVID, VIVID_SHARE = 50, 0.3
+"""By how much the largest of red, green and blue exceeds the smallest in what is not grey, from 0 to 255, and how much such
+pixels weigh in the choice of a GIF's colours, beside all pixels."""
 
 
 def check_animation(path: str | Path) -> None:

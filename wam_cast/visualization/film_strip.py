@@ -99,17 +99,14 @@ def draw_frame(axes: Axes, frame: Frame, recording: CastRecording) -> None:
     """Draw a frame with the paths of ball and hand so far."""
     draw_picture(axes, frame.image)
     _draw_string_on_floor(axes, frame)
-    so_far = slice(0, frame.sample + 1)
-    p_WL = recording.p_WL[frame.sample]
-    p_WTop = p_WL + np.array([0.0, 0.0, recording.scenario.ball.radius])
-    ball, top = frame.camera.project(np.array([p_WL, p_WTop]))
+    to_top = [0.0, 0.0, recording.scenario.ball.radius]
+    ball, top = frame.camera.project(recording.p_WL[frame.sample] + [np.zeros(3), to_top])
     radius = np.linalg.norm(top - ball)
-    for stage, piece in stage_pieces(recording.stages[so_far]):
+    for stage, piece in stage_pieces(recording.stages[: frame.sample + 1]):
         for path, width in ((recording.p_WE, 0.9), (recording.p_WL, 1.4)):
             pixels = frame.camera.project(path[piece])
             pixels[np.linalg.norm(pixels - ball, axis=1) < radius] = np.nan  # leave the ball itself in sight
-            outline = halo(width + 0.8)
-            axes.plot(*pixels.T, color=STAGE_COLORS[stage], linewidth=width, path_effects=outline)
+            axes.plot(*pixels.T, color=STAGE_COLORS[stage], linewidth=width, path_effects=halo(width + 0.8))
 
 
 def _draw_string_on_floor(axes: Axes, frame: Frame) -> None:

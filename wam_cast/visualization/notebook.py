@@ -77,20 +77,15 @@ def explore(draw: Callable[..., Figure], **sliders: Any) -> Explorable:
     image = Image(format="png", layout={"align_self": "flex-start"})  # else as wide as the page
 
     def redraw(_: Any = None) -> None:
-        image.value = _picture(draw(**{name: slider.value for name, slider in sliders.items()}))
+        figure, stored = draw(**{name: slider.value for name, slider in sliders.items()}), BytesIO()
+        figure.savefig(stored, format="png", dpi="figure")
+        plt.close(figure)  # lest the notebook show it too
+        image.value = stored.getvalue()
 
     for slider in sliders.values():
         slider.observe(redraw, "value")
     redraw()
     return Explorable(tuple(sliders.values()), image)
-
-
-def _picture(figure: Figure) -> bytes:
-    """Return the figure as PNG, and close it, lest the notebook show it too."""
-    stored = BytesIO()
-    figure.savefig(stored, format="png", dpi="figure")
-    plt.close(figure)
-    return stored.getvalue()
 
 
 def open_viewer() -> Meshcat | None:

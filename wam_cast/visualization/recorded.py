@@ -18,7 +18,6 @@ from wam_cast.visualization.style import status_name
 CEILING_RADIUS, CEILING_THICKNESS = 0.18, 0.02
 """Of the round patch of ceiling from which the arm hangs in pictures [m]."""
 
-
 SAMPLED = ("times", "states", "torques", "p_WL", "v_WL", "p_WE", "p_WE_desired", "stages")
 """What of a recording has a value for each sample."""
 
@@ -27,8 +26,7 @@ def finite_part(recording: CastRecording) -> CastRecording:
     """Return the recording up to its last sample before a state or the ball is no longer finite: all, unless it diverged."""
     values = np.hstack([recording.states, recording.p_WL, recording.p_WE])
     broken = np.flatnonzero(~np.isfinite(values).all(axis=1))
-    n = int(broken[0]) if len(broken) else len(values)
-    return _samples(recording, slice(n))
+    return _samples(recording, slice(int(broken[0]) if len(broken) else None))
 
 
 def without_turn(recording: CastRecording) -> CastRecording:
@@ -68,11 +66,9 @@ def frame_moments(casts: Sequence[CastRecording], rate: float) -> list[tuple[int
     ends = np.cumsum([recording.times[-1] for recording in casts])
     times = np.arange(math.ceil(ends[-1] * rate - 1e-9) + 1) / rate
     numbers = np.minimum(np.searchsorted(ends, times - 1e-9), len(casts) - 1)
-    moments = []
-    for number, time in zip(numbers.tolist(), times, strict=True):
-        times_of_cast = casts[number].times - casts[number].times[-1] + ends[number]
-        moments.append((number, int(np.argmin(np.abs(times_of_cast - time)))))
-    return moments
+    clocks = [recording.times - recording.times[-1] + end for recording, end in zip(casts, ends, strict=True)]
+    moments = zip(numbers.tolist(), times, strict=True)
+    return [(number, int(np.argmin(np.abs(clocks[number] - time)))) for number, time in moments]
 
 
 def _samples(recording: CastRecording, which: slice) -> CastRecording:
@@ -126,8 +122,8 @@ def describe_all(casts: Sequence[CastRecording], landings: Sequence[Array | None
     if len(casts) == 1:
         return describe(casts[0], landings[0]).split("\n")
     n_caught = sum(one.outcome.is_caught for one in casts)
-    pairs = zip(casts, landings, strict=True)
-    lines = [f"{number}  {what_became(*pair)}" for number, pair in enumerate(pairs, start=1)]
+    pairs = enumerate(zip(casts, landings, strict=True), start=1)
+    lines = [f"{number}  {what_became(*pair)}" for number, pair in pairs]
     return [f"{n_caught} of {len(casts)} cups without a reset", *lines]
 
 

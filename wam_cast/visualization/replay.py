@@ -171,13 +171,12 @@ def _record_paths(
     growth = {}
     for number, recording in enumerate(casts):
         frames = np.flatnonzero(numbers == number)
-        goes = None if number + 1 == len(casts) else int(frames[-1]) + 1
         samples = [moments[int(frame)][1] for frame in frames]
+        # Each object repeats on its own, so all must end together.
+        end = {last: True} if number + 1 == len(casts) else {int(frames[-1]) + 1: False, last: False}
+        bodies = (("ball", recording.p_WL, BALL_PATH_RADIUS), ("hand", recording.p_WE, HAND_PATH_RADIUS))
         for stage, piece in stage_pieces(recording.stages[samples]):
-            for name, p_WQ, radius in (
-                ("ball", recording.p_WL, BALL_PATH_RADIUS),
-                ("hand", recording.p_WE, HAND_PATH_RADIUS),
-            ):
+            for name, p_WQ, radius in bodies:
                 points = p_WQ[samples][piece]
                 if np.max(np.ptp(points, axis=0)) < SHORTEST_PATH:
                     continue
@@ -185,11 +184,7 @@ def _record_paths(
                 path = f"/paths/{name}/{number}_{stage_name(stage)}"
                 draw_tube(meshcat, path, points[rings], radius, STAGE_COLORS[stage])
                 growth[path] = [int(frame) for frame in frames[piece][rings]]
-                shown = {0: False, growth[path][0]: True}
-                if goes is not None:
-                    shown[goes] = False
-                shown[last] = goes is None  # each object repeats on its own, so all must end together
-                for frame, is_visible in shown.items():
+                for frame, is_visible in ({0: False, growth[path][0]: True} | end).items():
                     animation.SetProperty(frame, path, "visible", is_visible)
     return growth
 

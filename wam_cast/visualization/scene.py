@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from typing import Any
 
@@ -19,14 +18,14 @@ from pydrake.geometry import (
     RenderEngine,
     RenderEngineVtkParams,
 )
-from pydrake.math import RigidTransform
+from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.multibody.tree import FixedOffsetFrame, Frame, SpatialInertia
 from pydrake.systems.framework import DiagramBuilder
 
 from wam_cast.robot.cup_mesh import cup_mesh
 from wam_cast.robot.plant import N_ARM, fill_plant, hanging_positions
-from wam_cast.scenario import Cup, Scenario, String
+from wam_cast.scenario import Cup, Scenario
 from wam_cast.simulation.recording import CastRecording
 from wam_cast.types import Array, Position
 from wam_cast.visualization.camera import Camera
@@ -50,8 +49,7 @@ def _renderer(bearing: float) -> RenderEngine:
 
     The first stands so low that the shadow of the ceiling falls beyond the floor that is drawn, and the arm's beside the ball.
     """
-    c, s = math.cos(bearing), math.sin(bearing)
-    R_WPlane = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    R_WPlane = RotationMatrix.MakeZRotation(bearing).matrix()
     key = LightParameter(
         type="spot",
         frame="world",
@@ -112,26 +110,22 @@ class CastScene:
         """Hang the arm from something that can be seen."""
         X_WCeiling = RigidTransform([0.0, 0.0, height + CEILING_THICKNESS / 2])
         patch = Cylinder(CEILING_RADIUS, CEILING_THICKNESS)
-        world = self.plant.world_body()
-        self.plant.RegisterVisualGeometry(world, X_WCeiling, patch, "ceiling", CEILING_COLOR)
+        self.plant.RegisterVisualGeometry(self.plant.world_body(), X_WCeiling, patch, "ceiling", CEILING_COLOR)
 
     def _add_lit_cup(self, cup: Cup) -> None:
         """Add a cup for the eye alone: a geometry's colour cannot change, so that two cups change places."""
         model = self.plant.AddModelInstance("lit_cup")
-        inertia = SpatialInertia.SolidSphereWithMass(0.1, cup.outer_radius)
-        body = self.plant.AddRigidBody("lit_cup", model, inertia)
-        world = self.plant.world_frame()
-        mount = self.plant.AddFrame(FixedOffsetFrame("lit_cup_mount", world, RigidTransform(), model))
-        self.plant.WeldFrames(mount, body.body_frame())
+        body = self.plant.AddRigidBody("lit_cup", model, SpatialInertia.SolidSphereWithMass(0.1, cup.outer_radius))
+        mount = FixedOffsetFrame("lit_cup_mount", self.plant.world_frame(), RigidTransform(), model)
+        self.plant.WeldFrames(self.plant.AddFrame(mount), body.body_frame())
         self.plant.RegisterVisualGeometry(body, RigidTransform(), cup_mesh(cup), "lit_cup", LIT_CUP_COLOR)
 
     def stand_cup(self, cup: Position | None, *, is_lit: bool = False) -> None:
         """Put the axis of the cup, or of the one that is lit, at world (x, y) [m], or hide it."""
         p_WC = OUT_OF_SIGHT if cup is None else (*cup, self._scenario.cup.rim_height)
         for name, is_seen in (("cup_mount", not is_lit), ("lit_cup_mount", is_lit)):
-            mount = self.plant.GetFrameByName(name)
             X_WMount = RigidTransform(p_WC if is_seen else OUT_OF_SIGHT)
-            mount.SetPoseInParentFrame(self._plant_context, X_WMount)
+            self.plant.GetFrameByName(name).SetPoseInParentFrame(self._plant_context, X_WMount)
 
     def set_state(self, time: float, state: Array) -> None:
         """Put the scene at `time` [s], with its plant in `state`, shape (n_x,), such as a row of `CastRecording.states`."""
@@ -146,9 +140,10 @@ class CastScene:
         at_rest = np.zeros(self.plant.num_velocities())
         q = hanging_positions(self.plant, q_arm)
         self.set_state(0.0, np.concatenate([q, at_rest]))
-        height = self.pose(self.plant.GetFrameByName("hook")).translation()[2]
-        tilts = _tilts(self._scenario.string, height - self._scenario.ball.radius)
-        # About each link's y axis, level as long as none is tilted.
+        string = self._scenario.string
+        room = self.pose(self.plant.GetFrameByName("hook")).translation()[2] - self._scenario.ball.radius
+        # Each link's angle from the vertical; turned about its y axis, level as long as none is tilted.
+        tilts = np.arccos(np.clip(room / (string.length / string.n_links) - np.arange(string.n_links), 0.0, 1.0))
         q[N_ARM + 1 :: 2] += np.diff(tilts, prepend=0.0)
         self.set_state(0.0, np.concatenate([q, at_rest]))
 
@@ -166,8 +161,7 @@ class CastScene:
 
     def position(self, body: str) -> Array:
         """Return where the origin of `body` is in the world [m], shape (3,)."""
-        pose = self.plant.GetBodyByName(body).EvalPoseInWorld(self._plant_context)
-        return np.asarray(pose.translation())
+        return np.asarray(self.pose(self.plant.GetBodyByName(body).body_frame()).translation())
 
     def positions(self) -> Array:
         """Return where the origins of all bodies are in the world [m], shape (n, 3)."""
@@ -203,9 +197,3 @@ class CastScene:
         world = self._scene_graph.world_frame_id()
         image = query.RenderColorImage(camera.to_drake(RENDERER), world, RigidTransform())
         return np.array(image.data[:, :, :3])
-
-
-def _tilts(string: String, room: float) -> Array:
-    """Return the angles from the vertical [rad], shape (n_links,), of the links of a string that has `room` [m] to hang."""
-    link_length = string.length / string.n_links
-    return np.asarray(np.arccos(np.clip(room / link_length - np.arange(string.n_links), 0.0, 1.0)))

@@ -90,8 +90,7 @@ def _draw_balls(axes: Axes, recording: CastRecording, moments: Sequence[int]) ->
             balls.append((centre, [number]))
     for centre, numbers in balls:
         place = (centre[0], centre[1])
-        ball = Circle(place, radius, facecolor=BALL_COLOR, edgecolor=INK, linewidth=0.6, zorder=6)
-        axes.add_patch(ball)
+        axes.add_patch(Circle(place, radius, facecolor=BALL_COLOR, edgecolor=INK, linewidth=0.6, zorder=6))
         look: Any = {"ha": "center", "va": "center", "fontsize": 7, "color": "white", "zorder": 7}
         if len(numbers) > 1:  # the ball may be too small for them
             look["bbox"] = {"boxstyle": "round,pad=0.25", "facecolor": BALL_COLOR, "edgecolor": "none"}

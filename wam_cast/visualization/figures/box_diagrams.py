@@ -19,9 +19,7 @@ WIDTH, HEIGHT = 16.0, 8.6
 """Of the drawing."""
 
 LANES = ("simulate", "learn", "plan", "execute")
-
 LANE_COLORS = ((0.95, 0.95, 0.97), (0.90, 0.92, 0.95))
-
 BOX_COLOR, PART_COLOR = (1.0, 1.0, 1.0), (0.93, 0.94, 0.95)
 
 
@@ -99,10 +97,10 @@ def draw_data_flow(axes: Axes) -> None:
 
 def _draw_part(axes: Axes, box: Box) -> None:
     """Draw a box: its name at the top if something else is in it, else in the middle."""
-    corner = box.x - box.width / 2 + 0.08, box.y - box.height / 2 + 0.08
-    look: Any = {"boxstyle": "round,pad=0.08", "edgecolor": INK}
+    corner = box.x - box.width / 2, box.y - box.height / 2
+    look: Any = {"boxstyle": "round,pad=0,rounding_size=0.08", "edgecolor": INK}
     look |= {"facecolor": PART_COLOR, "linewidth": 0.5} if box.is_part else {"facecolor": BOX_COLOR, "linewidth": 0.9}
-    axes.add_patch(FancyBboxPatch(corner, box.width - 0.16, box.height - 0.16, **look))
+    axes.add_patch(FancyBboxPatch(corner, box.width, box.height, **look))
     if box.is_part:
         axes.text(box.x, box.y, box.name, ha="center", va="center", fontsize="small")
         return
@@ -125,11 +123,8 @@ def _draw_arrow(
 LINE = 0.5
 """Height of a line of text, a port's or a system's name."""
 
-COLUMN, GAP = 6.0, 1.6
-"""Width of the boxes in one column, and what is left between columns for the connections."""
-
-ROW_GAP = 0.5
-"""Between boxes above each other."""
+COLUMN, GAP, ROW_GAP = 6.0, 1.6, 0.5
+"""Width of the boxes; what is left between columns for the connections, and between boxes above each other."""
 
 ASIDE, LANE = 0.45, 0.2
 """How far from a box its first connection turns, and how far from each other connections run."""

@@ -27,11 +27,8 @@ from wam_cast.visualization.figures.plot_style import (
 )
 from wam_cast.visualization.style import INK
 
-PAPER_N_TRAIN = 1300
-"""Casts that the paper's model learned from."""
-
-PAPER_DEGREE = 12
-"""Of the paper's best polynomial."""
+PAPER_N_TRAIN, PAPER_DEGREE = 1300, 12
+"""Casts that the paper's model learned from, and the degree of its best polynomial."""
 
 SMALLEST_RMSE = 1e-4
 """Smaller errors only get a mark [m]: with as many terms as casts they vanish, and would stretch the axis without end."""
@@ -78,8 +75,7 @@ def draw_error_curve(
     for number, (steps, rmse) in enumerate(descents):
         label = ("descents" if len(descents) > 1 else "descent") if number == 0 else "_"
         axes.plot(steps, rmse * CM, label=label, **DESCENT_LINE)
-    lines = (CHOSEN_LINE, OTHER_CHOSEN_LINE)
-    for (name, value), line in zip((chosen or {}).items(), lines, strict=False):
+    for (name, value), line in zip((chosen or {}).items(), (CHOSEN_LINE, OTHER_CHOSEN_LINE), strict=False):
         axes.axvline(value, label=f"chosen by {name}: {value:.3g}", **line)
     use_log_axes(axes)
     axes.set(xlabel=xlabel, ylabel="RMSE [cm]")

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Ellipse, Polygon
-from matplotlib.patheffects import withStroke
 from matplotlib.transforms import ScaledTranslation
+from numpy.typing import ArrayLike
 
 from wam_cast.simulation.outcome import Status
 from wam_cast.types import Array
@@ -24,8 +24,10 @@ from wam_cast.visualization.figures.plot_style import (
     PERCENT,
     curve_styles,
     draw_legend,
+    halo,
     mark_log_axis,
 )
+from wam_cast.visualization.side_view import PREDICTION_MARK
 from wam_cast.visualization.style import INK, status_name
 
 MARKERS: dict[Status, str] = {
@@ -40,15 +42,6 @@ MARKERS: dict[Status, str] = {
     Status.NEVER_CROSSED: "|",
     Status.LIMIT_HIT: "P",
     Status.DIVERGED: "+",
-}
-
-PREDICTED_MARK: Any = {
-    "color": INK,
-    "marker": "D",
-    "markersize": 4.0,
-    "markerfacecolor": "none",
-    "markeredgewidth": 0.5,
-    "linestyle": "none",
 }
 
 EDGE_ROOM, POINTS_PER_INCH = 6.0, 72.0
@@ -89,12 +82,12 @@ def draw_performance(
     """
     _draw_cup(axes, cup_radius * MM, (cup_radius - ball_radius) * MM)
     axes.vlines(cups, predicted * MM, executed * MM, color=INK, linewidth=0.5, alpha=0.6)
-    axes.plot(cups, predicted * MM, label="predicted", **PREDICTED_MARK)
+    mark = PREDICTION_MARK | {"color": INK, "markersize": 4.0, "markeredgewidth": 0.5}
+    axes.plot(cups, predicted * MM, label="predicted", **mark)
     found = np.array([Status(status) for status in statuses])
     for status in [status for status in Status if status in statuses]:
         _draw_executed(axes, cups[found == status], executed[found == status], status)
-    axes.set_xlabel("distance of the cup from the base axis [m]")
-    axes.set_ylabel("signed distance from\nthe cup's middle [mm]")
+    axes.set(xlabel="distance of the cup from the base axis [m]", ylabel="signed distance from\nthe cup's middle [mm]")
     draw_legend(axes, handlelength=1.6, **BESIDE)
 
 
@@ -142,9 +135,8 @@ def draw_landing_scatter(axes: Axes, along: Array, across: Array, *, clear_radiu
     Within `clear_radius` [m] of the cup's middle a ball passes without touching the rim.
     """
     axes.plot(along * MM, across * MM, label="casts", **(DOTS | {"markersize": 2.0}))
-    rim = Circle((0, 0), clear_radius * MM, facecolor="none", edgecolor=MIDDLE, linewidth=1.5, zorder=4)
-    rim.set_path_effects([withStroke(linewidth=3.0, foreground="white")])
-    axes.add_patch(rim)
+    look: Any = {"fill": False, "edgecolor": MIDDLE, "linewidth": 1.5, "zorder": 4, "path_effects": halo()}
+    axes.add_patch(Circle((0, 0), clear_radius * MM, **look))
     axes.plot([], [], "o", markerfacecolor="none", markeredgecolor=MIDDLE, label="clears the rim")
     axes.set_aspect("equal", adjustable="datalim")
     axes.set(xlabel="moved along the plane [mm]", ylabel="moved across it [mm]")
@@ -184,10 +176,9 @@ def draw_clear_entry(
     if len(along):
         outline = np.column_stack([[*along, *along[::-1]], [*half, *-half[::-1]]])
         axes.add_patch(Polygon(outline, facecolor=LIGHT, alpha=0.45, label="landings that clear the rim"))
-    _draw_ellipse(axes, (cup_radius,) * 2, label="cup's rim", edgecolor=INK, linewidth=1.6)
+    _draw_ellipse(axes, [cup_radius] * 2, label="cup's rim", edgecolor=INK, linewidth=1.6)
     _draw_ellipse(axes, ball, label="swept by the ball", edgecolor=MIDDLE, linestyle="--", linewidth=1.2)
-    deviations = N_DEVIATIONS * std[0], N_DEVIATIONS * std[1]
-    label = f"{N_DEVIATIONS} standard deviations"
+    deviations, label = np.multiply(N_DEVIATIONS, std), f"{N_DEVIATIONS} standard deviations"
     _draw_ellipse(axes, deviations, predicted, label=label, edgecolor=DARK, linewidth=1.2)
     if landings is not None:
         axes.plot(landings[0] * MM, landings[1] * MM, label="executed", **DOTS)
@@ -197,10 +188,6 @@ def draw_clear_entry(
     draw_legend(axes, **ABOVE)
 
 
-def _draw_ellipse(
-    axes: Axes, half_axes: tuple[float, float], middle: tuple[float, float] = (0.0, 0.0), **look: Any
-) -> None:
+def _draw_ellipse(axes: Axes, half_axes: ArrayLike, middle: ArrayLike = (0.0, 0.0), **look: Any) -> None:
     """Draw an ellipse's outline; all lengths in metres."""
-    along, across = half_axes
-    place = middle[0] * MM, middle[1] * MM
-    axes.add_patch(Ellipse(place, 2 * along * MM, 2 * across * MM, fill=False, **look))
+    axes.add_patch(Ellipse(tuple(np.multiply(middle, MM)), *np.multiply(half_axes, 2 * MM), fill=False, **look))

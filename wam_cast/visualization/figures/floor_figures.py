@@ -11,9 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PatchCollection
 from matplotlib.colors import Normalize
 from matplotlib.patches import Wedge
-from matplotlib.ticker import MaxNLocator, PercentFormatter
+from matplotlib.ticker import PercentFormatter
 from numpy.typing import NDArray
 
+from wam_cast.casting_plane import from_polar
 from wam_cast.types import Array
 from wam_cast.visualization.figures.plot_style import ABOVE, DARK, MIDDLE, MM, PERCENT, draw_legend
 from wam_cast.visualization.style import INK
@@ -65,24 +66,18 @@ def draw_floor(
     axes.add_collection(region)
     _draw_blind_sector(axes, radii[0], radii[-1], low, high)
     axes.plot(0, 0, "+", color=INK, markersize=9, markeredgewidth=1.2)
-    below: Any = {"textcoords": "offset points", "ha": "center", "va": "top"}
-    axes.annotate("base axis", (0, 0), (0, -7), fontsize=7.5, **below)
+    below: Any = {"textcoords": "offset points", "ha": "center", "va": "top", "fontsize": 7.5}
+    axes.annotate("base axis", (0, 0), (0, -7), **below)
     is_all, is_none = share_caught == 1, share_caught == 0
-    is_some = ~is_all & ~is_none
-    for label, chosen, look in (
-        ("caught", is_all, CAUGHT),
-        ("some caught", is_some, SOME),
-        ("missed", is_none, MISSED),
-    ):
+    groups = {"caught": (is_all, CAUGHT), "some caught": (~is_all & ~is_none, SOME), "missed": (is_none, MISSED)}
+    for label, (chosen, look) in groups.items():
         if chosen.any():
             axes.plot(*cups[chosen].T, linestyle="none", markeredgewidth=0.6, label=label, **look)
     view = VIEW * radii[-1]
     axes.set(xlim=(-view, view), ylim=(-view, view), aspect="equal", xlabel="x [m]", ylabel="y [m]")
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(MaxNLocator(5))
-    label, percent = ("probability of entering without touching the rim [%]", PercentFormatter(1.0, symbol=None))
-    bar: Any = {"location": "bottom", "fraction": 0.05, "aspect": 35}
-    axes.figure.colorbar(region, ax=axes, format=percent, label=label, **bar)
+    axes.locator_params(nbins=5)
+    bar: Any = {"location": "bottom", "fraction": 0.05, "aspect": 35, "format": PercentFormatter(1.0, symbol=None)}
+    axes.figure.colorbar(region, ax=axes, label="probability of entering without touching the rim [%]", **bar)
     draw_legend(axes, title="executed casts:", alignment="left", ncols=3, **ABOVE)
 
 
@@ -91,8 +86,7 @@ def _draw_blind_sector(axes: Axes, nearest: float, farthest: float, low: float, 
     blind = Wedge((0, 0), farthest, high, low + 360, width=farthest - nearest)
     blind.set(facecolor=UNREACHABLE, edgecolor=(0.75, 0.75, 0.75), hatch="////", linewidth=0.5)
     axes.add_patch(blind)
-    middle, radius = math.radians((low + high) / 2 + 180), 0.6 * farthest + 0.4 * nearest
-    place = radius * math.cos(middle), radius * math.sin(middle)
+    place = from_polar(0.6 * farthest + 0.4 * nearest, math.radians((low + high) / 2 + 180))
     box = {"facecolor": UNREACHABLE, "edgecolor": "none", "pad": 1.5}
     axes.annotate("beyond\njoint 1's\nstops", place, ha="center", va="center", fontsize=7.5, bbox=box)
 
@@ -130,8 +124,7 @@ def draw_offsets(
     for label, chosen, look in (("caught", is_caught, EXECUTED), ("missed", ~is_caught, EXECUTED_MISSED)):
         if chosen.any():
             axes.plot(cups[chosen], executed[chosen] * MM, linestyle="none", label=label, **look)
-    largest = np.nanmax(np.abs(np.concatenate([low, high, executed * MM])))
-    view = max(1.1 * largest, SMALLEST_VIEW * MM)
+    view = max(1.1 * np.nanmax(np.abs([*low, *high, *executed * MM])), SMALLEST_VIEW * MM)
     axes.grid(axis="y")
     axes.set(ylim=(-view, view), ylabel=f"{direction} [mm]")
 

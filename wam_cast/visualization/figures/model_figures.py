@@ -26,13 +26,9 @@ from wam_cast.visualization.figures.plot_style import (
     mark_log_axis,
     use_log_axes,
 )
-from wam_cast.visualization.style import INK
 
-N_BINS = 20
-"""Of a histogram."""
-
-FILL = (0.62, 0.66, 0.80)
-"""Of a histogram's bars."""
+N_BINS, FILL = 20, (0.62, 0.66, 0.80)
+"""Of a histogram, and the colour of its bars."""
 
 SMALLEST_DOT, LARGEST_DOT = 1.0, 36.0
 """Area of the dots of the smallest and the largest residual [pt^2]."""
@@ -124,9 +120,8 @@ def draw_residual_map(axes: Axes, x: Array, y: Array, residuals: Array, *, xlabe
 def draw_shortest_move(axes: Axes, duration: float) -> None:
     """Draw the line of moves that last `duration` [s] into axes of distance [m] and mean speed [m/s], as far as these reach."""
     distance = np.array(axes.get_xlim())
-    label = f"move lasts {duration * MS:.0f} ms"
-    line: Any = {"color": INK, "linewidth": 1.0, "linestyle": (0, (6, 3))}
-    axes.plot(distance, distance / duration, label=label, scalex=False, scaley=False, **line)
+    look: Any = CHOSEN_LINE | {"linewidth": 1.0, "label": f"move lasts {duration * MS:.0f} ms"}
+    axes.plot(distance, distance / duration, scalex=False, scaley=False, **look)
     draw_legend(axes, **ABOVE)
 
 

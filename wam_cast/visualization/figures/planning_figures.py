@@ -124,14 +124,14 @@ def draw_family(
 
     Parameters
     ----------
-    distance, speed, waits
-        Of the casts [m], [m/s] and [s], shapes (n,), (m,) and (k,), each rising.
+    distance, speed, is_allowed
+        As for `draw_landing_map`; casts that are not allowed are left out.
+    waits
+        Of the casts [s], shape (k,), rising.
     landing
         Predicted, from the base axis outward [m], shape (k, m, n).
     radius
         Of the cup's axis from the base axis [m].
-    is_allowed
-        Which of the casts are allowed, shape (m, n): the others are left out.
     """
     colors = ScalarMappable(_wait_norm(waits), COLORS)
     for wait, plane in zip(waits, landing, strict=True):
@@ -149,9 +149,8 @@ def draw_search(axes: Axes, path: Array, waits: Array, *, is_named: bool = True)
     scale of colours; a search that is not named has no place in the legend.
     """
     axes.plot(path[:, 0], path[:, 1], color=INK, linewidth=0.6, alpha=0.45, zorder=4)
-    names = ("start", "on the way", "end")
-    pieces = (path[:1], path[1:-1], path[-1:])
-    for name, look, piece in zip(names, (START, ON_THE_WAY, END), pieces, strict=True):
+    pieces = {"start": (path[:1], START), "on the way": (path[1:-1], ON_THE_WAY), "end": (path[-1:], END)}
+    for name, (piece, look) in pieces.items():
         shown: Any = {"c": piece[:, 2] * MS, "cmap": COLORS, "norm": _wait_norm(waits), "edgecolors": INK}
         axes.scatter(piece[:, 0], piece[:, 1], label=name if is_named else "_", **look, **shown)
     draw_legend(axes, ncols=3, **ABOVE)

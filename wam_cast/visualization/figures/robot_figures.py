@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -11,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from wam_cast.casting_plane import from_casting_plane
+from wam_cast.casting_plane import from_casting_plane, to_polar
 from wam_cast.robot.plant import N_ARM, make_arm_plant, starting_posture
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array, Position
@@ -30,11 +29,8 @@ ROBOT_VIEW, SET_UP_VIEW = np.radians((30, 12)), np.radians((8, 6))
 REACH, BEHIND, ASIDE = 0.95, 0.35, 0.25
 """How far in front of the base axis, behind it and to its sides the robot's picture reaches [m]."""
 
-AXIS_LENGTH = 0.11
-"""Of a frame that is drawn [m]."""
-
-JOINT_AXIS_LENGTH = 0.17
-"""Of a joint's axis that is drawn, from the joint to its number [m]."""
+AXIS_LENGTH, JOINT_AXIS_LENGTH = 0.11, 0.17
+"""Of what is drawn of a frame's axes, and of a joint's, from the joint to its number [m]."""
 
 AXIS_COLORS: tuple[Color, ...] = ((0.85, 0.10, 0.10), (0.05, 0.55, 0.10), (0.10, 0.25, 0.90))
 """Of a frame's x, y and z axis, as everywhere in robotics."""
@@ -99,13 +95,10 @@ def room_of(scenario: Scenario) -> Array:
 
 def _joint_axes(scene: CastScene) -> list[Array]:
     """Return the ends of a piece of each of the arm's joints' axes in the world [m], shape (2, 3), in their direction."""
-    axes = []
-    for index in scene.plant.GetJointIndices(scene.plant.GetModelInstanceByName("wam7"))[:N_ARM]:
-        joint = scene.plant.get_joint(index)
-        X_WJ = scene.pose(joint.frame_on_child())
-        ends = np.outer([0.0, JOINT_AXIS_LENGTH], joint.revolute_axis())
-        axes.append(np.asarray(X_WJ @ ends.T).T)
-    return axes
+    indices = scene.plant.GetJointIndices(scene.plant.GetModelInstanceByName("wam7"))[:N_ARM]
+    joints = [scene.plant.get_joint(index) for index in indices]
+    reach = [0.0, JOINT_AXIS_LENGTH]
+    return [(scene.pose(joint.frame_on_child()) @ np.outer(joint.revolute_axis(), reach)).T for joint in joints]
 
 
 def draw_robot(axes: Axes, view: RobotView) -> None:
@@ -151,7 +144,7 @@ class SetUpView:
 
 def render_set_up(scenario: Scenario, cup: Position) -> SetUpView:
     """Render the arm in its starting posture, the ball hanging, and a cup at world (x, y) [m], off screen."""
-    distance, bearing = math.hypot(*cup), math.atan2(cup[1], cup[0])
+    distance, bearing = to_polar(cup)
     scene = CastScene(scenario, cup, light_bearing=bearing)
     scene.set_posture(starting_posture(make_arm_plant(scenario), scenario, bearing))
     parts = _parts(scenario, distance, bearing) | {"WAM arm": scene.position("link2")}

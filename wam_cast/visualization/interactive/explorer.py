@@ -6,13 +6,13 @@ import asyncio
 import html
 import math
 import time
-from dataclasses import astuple
+from dataclasses import asdict
 
 import numpy as np
 from pydrake.geometry import Meshcat
 
 from wam_cast.arm_model import bearing_limits
-from wam_cast.cast import PARAMETERS, Cast, cast_bounds, checked_cup, nearest_allowed
+from wam_cast.cast import Cast, cast_bounds, checked_cup, nearest_allowed
 from wam_cast.casting_plane import from_polar, to_polar
 from wam_cast.errors import InputError
 from wam_cast.learning.forward_model import ForwardModel
@@ -80,11 +80,9 @@ class Explorer:
         self.outcome: Outcome | None = None
         self.advice = advice
         self._simulator = CastSimulator(self.scenario)
-        reach = None if model is None else model.reach
-        self._view = ExplorerView(self.scenario, reach, _farthest(self.scenario))
+        self._view = ExplorerView(self.scenario, None if model is None else model.reach, _farthest(self.scenario))
         self._actions = {CAST: self.execute, PLAN: self.plan, FETCH: self.move_cup_to_ball}
-        keys = {CAST: "KeyC", PLAN: "KeyP", FETCH: "KeyL"}
-        self._panel = Panel(self._view.meshcat, _sliders(self.scenario), keys)
+        self._panel = Panel(self.meshcat, _sliders(self.scenario), {CAST: "KeyC", PLAN: "KeyP", FETCH: "KeyL"})
         self._n_casts, self._note = 0, ""
         self.cast = Cast.from_array(nearest_allowed(self.scenario, np.mean(cast_bounds(self.scenario), axis=0)))
         self.cup = (self.scenario.motion.start_radius + self.cast.distance, 0.0)
@@ -96,7 +94,7 @@ class Explorer:
     @property
     def url(self) -> str:
         """Of the page; it is there for as long as the explorer is."""
-        return str(self._view.meshcat.web_url())
+        return str(self.meshcat.web_url())
 
     @property
     def meshcat(self) -> Meshcat:
@@ -155,9 +153,8 @@ class Explorer:
         moved = self._panel.moved()
         if moved:
             values = self._values() | moved
-            cast = Cast(*(values[name] for name in (*PARAMETERS, "bearing")))
-            moves_cup = bool({"cup_distance", "cup_bearing"} & set(moved))
-            self.choose(cast, from_polar(values["cup_distance"], values["cup_bearing"]) if moves_cup else None)
+            cup = from_polar(values.pop("cup_distance"), values.pop("cup_bearing"))
+            self.choose(Cast(**values), cup if {"cup_distance", "cup_bearing"} & set(moved) else None)
         for name in pressed:
             self._actions[name]()
         return bool(pressed or moved)
@@ -177,8 +174,7 @@ class Explorer:
     def _values(self) -> dict[str, float]:
         """Return what is chosen by the sliders' keys, in SI units."""
         distance, bearing = to_polar(self.cup)
-        chosen = dict(zip((*PARAMETERS, "bearing"), astuple(self.cast), strict=True))
-        return {**chosen, "cup_distance": distance, "cup_bearing": bearing}
+        return asdict(self.cast) | {"cup_distance": distance, "cup_bearing": bearing}
 
     def _refresh(self) -> None:
         """Show what is chosen and what is predicted of it."""
@@ -196,13 +192,8 @@ class Explorer:
 
     def _caption(self) -> str:
         """Return the page's text: a note or the last cast's end, the cup, the prediction, and what the colours mean."""
-        if self._note:
-            headline = self._note
-        elif self.outcome is not None:
-            headline = f"last cast: {_verdict(self.outcome)}"
-        else:
-            headline = "open the controls, and cast"
-        x, y = self.cup
+        state = "open the controls, and cast" if self.outcome is None else f"last cast: {_verdict(self.outcome)}"
+        headline, (x, y) = self._note or state, self.cup
         text = "<br>".join(html.escape(line) for line in (f"cup at ({x:.3f}, {y:.3f}) m", *self._forecast()))
         return f"<b>{html.escape(headline[:1].upper() + headline[1:])}</b><br>{text}<br><br>{self._legend()}"
 

@@ -30,16 +30,10 @@ from wam_cast.visualization.viewer import (
 )
 
 PREDICTED: Color = (0.95, 0.62, 0.05)
-"""Of the predicted landing."""
-
 EXECUTED: Color = (0.78, 0.05, 0.22)
-"""Of the executed landing."""
-
 PLANE: Color = (0.35, 0.36, 0.38)
-"""Of the casting plane's line on the floor."""
-
 WITHIN_REACH: Color = (0.70, 0.78, 0.72)
-"""Of the floor where cups can be reached."""
+"""Of the predicted and the executed landing, the casting plane's line on the floor, and the floor where cups can be reached."""
 
 ELEVATION = math.radians(28)
 """From which the floor is seen at first."""
@@ -47,11 +41,8 @@ ELEVATION = math.radians(28)
 SEEN_WELL = math.radians(45)
 """By how much the casting plane's bearing may differ from the one that the camera was placed for."""
 
-WIDTH = 0.0035
-"""Radius of the tubes that lines and markers on the floor are made of [m]."""
-
-HEIGHT = 0.0005
-"""Of what is drawn on the floor [m], so that it is seen."""
+WIDTH, HEIGHT = 0.0035, 0.0005
+"""Radius of the tubes that lines and markers on the floor are made of [m], and how high its colours lie, so as to be seen [m]."""
 
 DOT_RADIUS = 0.011
 """Of the executed landing [m]: it fits into the predicted one's ring."""
@@ -188,15 +179,14 @@ class ExplorerView:
         """Move a marker to world (x, y) [m], shape (2,), or hide it if that is nan."""
         landed = bool(np.all(np.isfinite(landing)))
         if landed:
-            position = float(landing[0]), float(landing[1])
-            self.meshcat.SetTransform(f"{ROOT}/{marker}", _placed(position, bearing))
+            self.meshcat.SetTransform(f"{ROOT}/{marker}", _placed(landing, bearing))
         self.meshcat.SetProperty(f"{ROOT}/{marker}", "visible", landed)
 
     def _draw_line(self, name: str, points: Array, radius: float, color: Color) -> None:
         draw_tube(self.meshcat, f"{ROOT}/{name}", points, radius, color)
 
 
-def _placed(position: Position, bearing: float) -> RigidTransform:
+def _placed(position: Position | Array, bearing: float) -> RigidTransform:
     """Return the pose of what stands at world (x, y) [m] on the floor, its x axis at `bearing` [rad]."""
     return RigidTransform(RotationMatrix.MakeZRotation(bearing), [*position, 0.0])
 

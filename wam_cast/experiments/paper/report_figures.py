@@ -90,7 +90,7 @@ def _data_flow(_: Findings) -> Figure:
 
 def _middle_trial(findings: Findings) -> tuple[Cast, tuple[float, float]]:
     """Return the cast and the cup in the middle of the line."""
-    trials = findings.executions.trials
+    trials = findings.executions
     papers = trials[trials["planner"] == PAPERS_PLANNER]
     middle = papers.iloc[len(papers) // 2]
     return Cast(middle["distance"], middle["speed"], middle["wait"]), (middle["radius"], 0.0)
@@ -148,7 +148,7 @@ def _selection(findings: Findings) -> Figure:
 
 
 def _performance(findings: Findings) -> Figure:
-    trials = findings.executions.trials
+    trials = findings.executions
     by_label = trials.groupby("label", sort=False)
     figure = Figure(figsize=(WIDTH, 2.6 * by_label.ngroups + 2.4), layout="constrained")
     *panels, last = figure.subplots(by_label.ngroups + 1, 1)
@@ -270,40 +270,34 @@ def _noise(findings: Findings) -> Figure:
 
 
 _FIGURES: dict[str, tuple[Callable[[Findings], Figure], str]] = {
-    "figure-01-data-flow": (_data_flow, "Figure 1. The project: from a scenario to casts that hit."),
-    "figure-02-set-up": (_set_up, "Figure 2. The set-up before a cast."),
-    "figure-03-motion": (_motion, "Figure 3. The motion of one cast, in its stages."),
-    "figure-04-histograms": (_histograms, "Figure 4. Parameters of the training casts, and their landings."),
+    "figure-01-data-flow": (_data_flow, "The project: from a scenario to casts that hit."),
+    "figure-02-set-up": (_set_up, "The set-up before a cast."),
+    "figure-03-motion": (_motion, "The motion of one cast, in its stages."),
+    "figure-04-histograms": (_histograms, "Parameters of the training casts, and their landings."),
     "figure-05-selection": (
         _selection,
-        "Figure 5. RMSE over sigma, with the paths of the descents on the validation error, and over lambda.",
+        "RMSE over sigma, with the paths of the descents on the validation error, and over lambda.",
     ),
     "figure-06-performance": (
         _performance,
-        "Figure 6. Predicted and executed distance from the cup's middle, over the cups, and the distribution of misses.",
+        "Predicted and executed distance from the cup's middle, over the cups, and the distribution of misses.",
     ),
-    "figure-07-comparison": (_comparison, "Figure 7. Test RMSE of all estimators, with 95 % intervals."),
-    "figure-08-polynomials": (_polynomials, "Figure 8. Polynomials: RMSE over the degree."),
-    "figure-09-parity": (_parity, "Figure 9. Predicted and measured landings of the test casts, and the residuals."),
+    "figure-07-comparison": (_comparison, "Test RMSE of all estimators, with 95 % intervals."),
+    "figure-08-polynomials": (_polynomials, "Polynomials: RMSE over the degree."),
+    "figure-09-parity": (_parity, "Predicted and measured landings of the test casts, and the residuals."),
     "figure-10-where-wrong": (
         _where_wrong,
-        "Figure 10. Where in parameter space the model is wrong: residuals of casts that it has not seen.",
+        "Where in parameter space the model is wrong: residuals of casts that it has not seen.",
     ),
     "figure-11-learning-curves": (
         _learning_curves,
-        "Figure 11. Validation RMSE over the number of training casts: median and range of random subsets, "
+        "Validation RMSE over the number of training casts: median and range of random subsets, "
         "the curves drawn slightly apart.",
     ),
-    "figure-12-calibration": (
-        _calibration,
-        "Figure 12. Reliability of the predicted uncertainty on the validation casts.",
-    ),
-    "figure-13-landing-map": (_landing_map, "Figure 13. Predicted landing over distance and speed, at four waits."),
-    "figure-14-noise": (
-        _noise,
-        "Figure 14. Noise: scatter of the landing, the error over lambda, and executed misses.",
-    ),
+    "figure-12-calibration": (_calibration, "Reliability of the predicted uncertainty on the validation casts."),
+    "figure-13-landing-map": (_landing_map, "Predicted landing over distance and speed, at four waits."),
+    "figure-14-noise": (_noise, "Noise: scatter of the landing, the error over lambda, and executed misses."),
 }
 """How each figure is drawn, and its caption, by the name of its files."""
 
-CAPTIONS = {name: caption for name, (_, caption) in _FIGURES.items()}
+CAPTIONS = {name: f"Figure {n}. {caption}" for n, (name, (_, caption)) in enumerate(_FIGURES.items(), 1)}

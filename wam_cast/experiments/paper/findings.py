@@ -16,7 +16,7 @@ from wam_cast.experiments.paper.noise_study import NoiseStudy
 from wam_cast.experiments.paper.selection import Selection
 from wam_cast.experiments.paper.settings import PAPERS_PLANNER, Settings
 from wam_cast.experiments.statistics import describe
-from wam_cast.experiments.trials import failures, hits
+from wam_cast.experiments.trials import count_statuses, failures, hits
 from wam_cast.learning.dataset import CastDataset
 from wam_cast.learning.parts import Parts
 from wam_cast.scenario import Scenario
@@ -111,7 +111,7 @@ def describe_samples(data: CastDataset, parts: Parts) -> Samples:
     train, _, _ = data.split()
     frame = data.frame.iloc[train]
     return Samples(
-        statuses={str(status): int(n) for status, n in data.frame["status"].value_counts().items()},
+        statuses=count_statuses(data.frame["status"]),
         n_train=len(X),
         n_validation=len(parts.validation.X),
         n_test=parts.n_test,

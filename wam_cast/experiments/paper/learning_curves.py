@@ -6,7 +6,6 @@ from collections import defaultdict
 from collections.abc import Callable
 from concurrent.futures import Executor
 from contextlib import closing
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -48,16 +47,6 @@ class LearningCurves(Result):
     curves: dict[str, Columns]
 
 
-@dataclass(frozen=True)
-class _Task:
-    """What every job of the learning curves needs."""
-
-    scenario: Scenario
-    train: Part
-    validation: Part
-    seed: int
-
-
 def learn_with_fewer_casts(
     scenario: Scenario, parts: Parts, seed: int, n_repeats: int, executor: Executor | Workers, report: OnProgress
 ) -> LearningCurves:
@@ -68,7 +57,6 @@ def learn_with_fewer_casts(
     """
     n_train = len(parts.train.X)
     sizes = (*(size for size in SIZES if size < n_train), n_train)
-    task = _Task(scenario, parts.train, parts.validation, seed)
     # All casts make one subset only; the largest fits come first, so that no processor is left with one in the end.
     jobs = [
         (name, size, repeat)
@@ -78,7 +66,8 @@ def learn_with_fewer_casts(
     ]
     errors: dict[tuple[str, int], list[float]] = defaultdict(list)
     report(0, len(jobs))
-    with closing(run_rows(partial(_run_job, task, jobs), range(len(jobs)), executor)) as results:
+    run_job = partial(_run_job, jobs, cast_bounds(scenario), parts.train, parts.validation, seed)
+    with closing(run_rows(run_job, range(len(jobs)), executor)) as results:
         for done, ((name, size, _), result) in enumerate(zip(jobs, results, strict=True), 1):
             if result is None:
                 raise InputError(f"learning curve, {name}: its process died; free memory and start again")
@@ -95,16 +84,17 @@ def _band(errors: list[float]) -> dict[str, float]:
     return {"median": float(np.median(errors)), "low": min(errors), "high": max(errors)}
 
 
-def _run_job(task: _Task, jobs: list[tuple[str, int, int]], row: int) -> float:
+def _run_job(
+    jobs: list[tuple[str, int, int]], bounds: Bounds, train: Part, validation: Part, seed: int, row: int
+) -> float:
     """Return the validation RMSE [m] of one estimator that is fitted to one subset."""
     name, size, repeat = jobs[row]
-    rng = np.random.default_rng(derived_seed(task.seed, Purpose.SUBSETS, repeat))
-    subset = rng.permutation(len(task.train.X))[:size]
+    rng = np.random.default_rng(derived_seed(seed, Purpose.SUBSETS, repeat))
+    subset = rng.permutation(len(train.X))[:size]
     # One thread each: as many processes run as there are processors.
     with one_thread():
-        X, y = task.train.X[subset], task.train.landing[subset]
-        model = _FITS[name](X, y, cast_bounds(task.scenario), derived_seed(task.seed, Purpose.NETWORK))
-        return rmse(model.predict(task.validation.X) - task.validation.landing)
+        model = _FITS[name](train.X[subset], train.landing[subset], bounds, derived_seed(seed, Purpose.NETWORK))
+        return rmse(model.predict(validation.X) - validation.landing)
 
 
 def fit_self_tuned(X: Array, y: Array, bounds: Bounds, n_sigmas: int) -> KernelRidge:

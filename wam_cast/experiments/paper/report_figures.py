@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -21,7 +22,6 @@ from wam_cast.experiments.paper.settings import PAPERS_PLANNER
 from wam_cast.parallel.workers import Workers, run_rows
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.simulator import CastSimulator
-from wam_cast.types import Array
 from wam_cast.visualization.figures.box_diagrams import draw_data_flow
 from wam_cast.visualization.figures.estimator_figures import (
     LearningCurve,
@@ -59,22 +59,21 @@ DPI = 180
 
 def draw_figures(findings: Findings, folder: Path, executor: Executor | Workers) -> Iterator[str]:
     """Draw all figures and write each as PDF and PNG into `folder`; yield the name of each that is done."""
-    names = list(_FIGURES)
-    drawn = run_rows(partial(_draw_and_write, findings, folder, names), range(len(names)), executor)
-    for name, done in zip(names, drawn, strict=True):
+    drawn = run_rows(partial(_draw_and_write, findings, folder), range(len(_FIGURES)), executor)
+    for name, done in zip(_FIGURES, drawn, strict=True):
         if done is None:
             raise InputError(f"{name}: its process died; free memory and start again")
         yield name
 
 
-def _draw_and_write(findings: Findings, folder: Path, names: list[str], row: int) -> str:
-    draw, _ = _FIGURES[names[row]]
+def _draw_and_write(findings: Findings, folder: Path, row: int) -> str:
+    name, (draw, _) = list(_FIGURES.items())[row]
     with figure_style():
         figure = draw(findings)
         for suffix in ("png", "pdf"):
-            write_figure(figure, folder / f"{names[row]}.{suffix}", dpi=DPI)
+            write_figure(figure, folder / f"{name}.{suffix}", dpi=DPI)
             figure.set_layout_engine("none")  # laid out once is enough
-    return names[row]
+    return name
 
 
 def _new(height: float, n_rows: int = 1, n_columns: int = 1, *, sharey: bool = False) -> tuple[Figure, np.ndarray]:
@@ -122,28 +121,23 @@ def _histograms(findings: Findings) -> Figure:
     return figure
 
 
-def _curves(curve: pd.DataFrame) -> dict[str, Array]:
-    return {"validation": curve["validation_rmse"].to_numpy(), "leave-one-out": curve["leave_one_out_rmse"].to_numpy()}
+def _draw_error_curve(axes: Axes, curve: pd.DataFrame, **options: Any) -> None:
+    x, validation, loo = (curve[name].to_numpy() for name in ("x", "validation_rmse", "leave_one_out_rmse"))
+    draw_error_curve(axes, x, {"validation": validation, "leave-one-out": loo}, **options)
 
 
 def _selection(findings: Findings) -> Figure:
     figure, axes = _new(3.8, 1, 2)
     selection = findings.selection
-    draw_error_curve(
+    _draw_error_curve(
         axes[0, 0],
-        selection.sigma_curve["x"].to_numpy(),
-        _curves(selection.sigma_curve),
+        selection.sigma_curve,
         xlabel="sigma, in scaled parameters [1]",
         descents=[(descent["x"].to_numpy(), descent["rmse"].to_numpy()) for descent in selection.descents],
         chosen={"leave-one-out": selection.isotropic.sigma[0], "validation": selection.by_validation.sigma[0]},
     )
-    draw_error_curve(
-        axes[0, 1],
-        selection.regularization_curve["x"].to_numpy(),
-        _curves(selection.regularization_curve),
-        xlabel="lambda [1]",
-        chosen={"leave-one-out": selection.isotropic.regularization},
-    )
+    chosen = {"leave-one-out": selection.isotropic.regularization}
+    _draw_error_curve(axes[0, 1], selection.regularization_curve, xlabel="lambda [1]", chosen=chosen)
     return figure
 
 
@@ -181,15 +175,9 @@ def _comparison(findings: Findings) -> Figure:
     figure, axes = _new(3.6)
     rows = findings.comparison.rows.sort_values("rmse", kind="stable")
     low, high = np.array(rows["rmse_interval"].tolist()).T
-    by_name = dict(zip(rows["name"], rows["label"], strict=True))
-    draw_comparison(
-        axes[0, 0],
-        rows["label"].tolist(),
-        rows["rmse"].to_numpy(),
-        low,
-        high,
-        paper={by_name["isotropic_by_validation"]: paper.TEST_RMSE, by_name["polynomial_12"]: paper.POLYNOMIAL_RMSE},
-    )
+    label = dict(zip(rows["name"], rows["label"], strict=True))
+    papers = {label["isotropic_by_validation"]: paper.TEST_RMSE, label["polynomial_12"]: paper.POLYNOMIAL_RMSE}
+    draw_comparison(axes[0, 0], rows["label"].tolist(), rows["rmse"].to_numpy(), low, high, paper=papers)
     return figure
 
 
@@ -222,9 +210,8 @@ def _learning_curves(findings: Findings) -> Figure:
     figure, axes = _new(3.8)
     found = findings.learning_curves
     curves = {name: LearningCurve(*band[["median", "low", "high"]].to_numpy().T) for name, band in found.curves.items()}
-    draw_learning_curves(
-        axes[0, 0], np.array(found.n_train), curves, ylabel="validation RMSE [cm]", paper=paper.TEST_RMSE
-    )
+    sizes, ylabel = np.array(found.n_train), "validation RMSE [cm]"
+    draw_learning_curves(axes[0, 0], sizes, curves, ylabel=ylabel, paper=paper.TEST_RMSE)
     return figure
 
 
@@ -255,17 +242,11 @@ def _noise(findings: Findings) -> Figure:
     top, *middle, bottom = figure.subfigures(len(learned) + 2, 1, squeeze=False)[:, 0]
     scatter, curve = top.subplots(1, 2)
     draw_landing_scatter(scatter, noise.along, noise.across, clear_radius=clear_radius(scenario))
-    draw_error_curve(
-        curve,
-        noise.regularization_curve["x"].to_numpy(),
-        _curves(noise.regularization_curve),
-        xlabel="lambda [1]",
-        chosen={"leave-one-out": noise.models["regularization"].iloc[0]},
-    )
+    chosen = {"leave-one-out": noise.models["regularization"].iloc[0]}
+    _draw_error_curve(curve, noise.regularization_curve, xlabel="lambda [1]", chosen=chosen)
     for panel, (label, trials) in zip(middle, learned.items(), strict=True):
         _draw_execution(panel.subplots(), label, trials, scenario)
-    misses = {str(label): trials["miss"].to_numpy() for label, trials in by_label}
-    draw_miss_distribution(bottom.subplots(), misses)
+    draw_miss_distribution(bottom.subplots(), {str(label): trials["miss"].to_numpy() for label, trials in by_label})
     return figure
 
 

@@ -22,7 +22,7 @@ from wam_cast.experiments.paper.report import write_report
 from wam_cast.experiments.paper.report_figures import CAPTIONS, draw_figures
 from wam_cast.experiments.paper.selection import Chosen, Selection, select_models
 from wam_cast.experiments.paper.settings import PLANNERS, OnProgress, Settings
-from wam_cast.experiments.trials import Thrower, line_of_cups, lost_as_diverged, plan_and_execute
+from wam_cast.experiments.trials import Thrower, line_of_cups, plan_and_execute
 from wam_cast.learning.dataset import CastDataset, generate_dataset
 from wam_cast.learning.forward_model import ForwardModel
 from wam_cast.learning.parts import Parts, split_casts
@@ -144,5 +144,4 @@ class _Run:
         model, settings = self._model(chosen), self.settings
         cups = line_of_cups(model, settings.n_cups)
         throwers = [Thrower(planner, planner, model, cups) for planner in PLANNERS]
-        trials = plan_and_execute(settings.scenario, throwers, executor=self.executor, report=report)
-        return lost_as_diverged(trials)
+        return plan_and_execute(settings.scenario, throwers, executor=self.executor, report=report)

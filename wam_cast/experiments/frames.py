@@ -30,17 +30,22 @@ def records(frame: pd.DataFrame) -> list[Record]:
     return [{str(name): value for name, value in row.items()} for row in frame.to_dict("records")]
 
 
-def _frame(content: pd.DataFrame | list[Record] | dict[str, list[Any]]) -> pd.DataFrame:
-    # Rows, columns, or a frame already.
-    frame = pd.DataFrame(content)
-    return frame.mask(frame.isna(), np.nan).infer_objects()
+def _frame_or(kind: type[list[Any]] | type[dict[str, Any]]) -> PlainValidator:
+    """Return what makes a frame of JSON's `kind`, null being nan, and leaves a frame as it is."""
+
+    def frame(content: Any) -> pd.DataFrame:
+        if not isinstance(content, (pd.DataFrame, kind)):
+            raise ValueError(f"neither a frame nor a {kind.__name__}")  # noqa: TRY004 - what pydantic catches
+        return pd.DataFrame(content).map(lambda value: np.nan if value is None else value)
+
+    return PlainValidator(frame)
 
 
-Rows = Annotated[pd.DataFrame, PlainValidator(_frame), PlainSerializer(records, return_type=list)]
+Rows = Annotated[pd.DataFrame, _frame_or(list), PlainSerializer(records, return_type=list)]
 """A frame that is a list of its rows in JSON, each with the names of the columns."""
 
 Columns = Annotated[
-    pd.DataFrame, PlainValidator(_frame), PlainSerializer(lambda frame: frame.to_dict("list"), return_type=dict)
+    pd.DataFrame, _frame_or(dict), PlainSerializer(lambda frame: frame.to_dict("list"), return_type=dict)
 ]
 """A frame that is a list for each column in JSON."""
 

@@ -84,7 +84,7 @@ def without_physics():
         for module in (dataset, trials, learning_curves, figures):
             patch.setattr(module, "run_rows", inline)
         patch.setattr(learning_curves, "SIZES", (25,))
-        patch.setattr(settings, "QUICK", settings.Size(n_casts=85, n_cups=6, n_repeats=1))
+        patch.setattr(settings, "QUICK", {"n_casts": 85, "n_cups": 6, "n_repeats": 1})
         yield patch
 
 

@@ -174,10 +174,7 @@ def _trial(plan: Plan, bearing: float, noise_seed: int) -> Trial:
 def _ring(casts: pd.DataFrame) -> Record:
     one, caught = casts.iloc[0], hits(casts)
     return {
-        "radius": one["radius"],
-        "distance": one["distance"],
-        "speed": one["speed"],
-        "wait": one["wait"],
+        **{name: one[name] for name in ("radius", "distance", "speed", "wait")},
         "predicted_along": one["predicted_offset"],
         "predicted_miss": one["predicted_miss"],
         "predicted_std": (one["std_along"], one["std_across"]),
@@ -185,16 +182,12 @@ def _ring(casts: pd.DataFrame) -> Record:
         "is_feasible": one["is_feasible"],
         "along": _scatter(casts["along"]),
         "lateral": _scatter(casts["lateral"]),
-        "n_casts": caught["n_cups"],
-        "n_caught": caught["n_caught"],
-        "hit_rate": caught["hit_rate"],
-        "hit_interval": caught["hit_interval"],
+        "n_casts": caught.pop("n_cups"),
+        **caught,
     }
 
 
 def _scatter(offsets: pd.Series[float]) -> dict[str, float | None]:
     """Return mean and standard deviation [m] of the offsets that exist."""
     known = offsets.dropna().to_numpy()
-    if len(known) == 0:
-        return {"mean": None, "std": None}
-    return {"mean": float(np.mean(known)), "std": float(np.std(known))}
+    return {"mean": float(np.mean(known)), "std": float(np.std(known))} if len(known) else {"mean": None, "std": None}

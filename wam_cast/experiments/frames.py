@@ -6,8 +6,6 @@ A number that does not exist (the landing of a ball that never came down) is nan
 from __future__ import annotations
 
 import json
-import math
-from collections.abc import Sequence
 from typing import Annotated, Any
 
 import numpy as np
@@ -32,27 +30,22 @@ def records(frame: pd.DataFrame) -> list[Record]:
     return [{str(name): value for name, value in row.items()} for row in frame.to_dict("records")]
 
 
-def _from_rows(rows: pd.DataFrame | Sequence[Record]) -> pd.DataFrame:
-    if isinstance(rows, pd.DataFrame):
-        return rows
-    return pd.DataFrame([{name: _known(value) for name, value in row.items()} for row in rows])
+def _frame_or(kind: type[list[Any]] | type[dict[str, Any]]) -> PlainValidator:
+    """Return what makes a frame of JSON's `kind`, null being nan, and leaves a frame as it is."""
+
+    def frame(content: Any) -> pd.DataFrame:
+        if not isinstance(content, (pd.DataFrame, kind)):
+            raise ValueError(f"neither a frame nor a {kind.__name__}")  # noqa: TRY004 - what pydantic catches
+        return pd.DataFrame(content).map(lambda value: np.nan if value is None else value)
+
+    return PlainValidator(frame)
 
 
-def _from_columns(columns: pd.DataFrame | dict[str, list[Any]]) -> pd.DataFrame:
-    if isinstance(columns, pd.DataFrame):
-        return columns
-    return pd.DataFrame({name: [_known(value) for value in values] for name, values in columns.items()})
-
-
-def _known(value: Any) -> Any:
-    return math.nan if value is None else value
-
-
-Rows = Annotated[pd.DataFrame, PlainValidator(_from_rows), PlainSerializer(records, return_type=list)]
+Rows = Annotated[pd.DataFrame, _frame_or(list), PlainSerializer(records, return_type=list)]
 """A frame that is a list of its rows in JSON, each with the names of the columns."""
 
 Columns = Annotated[
-    pd.DataFrame, PlainValidator(_from_columns), PlainSerializer(lambda frame: frame.to_dict("list"), return_type=dict)
+    pd.DataFrame, _frame_or(dict), PlainSerializer(lambda frame: frame.to_dict("list"), return_type=dict)
 ]
 """A frame that is a list for each column in JSON."""
 

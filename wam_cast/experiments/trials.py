@@ -114,20 +114,9 @@ def plan_and_execute(
 ) -> pd.DataFrame:
     """Let each thrower plan for each of its cups, cast each plan once, and return the trials, thrower by thrower.
 
-    A plan that is predicted to miss by more than 1 cm is executed all the same, as in the paper.
-
-    Parameters
-    ----------
-    scenario
-        In which plans are executed; its noise, if it has any, is another one for each cup, and the same one for each thrower.
-    throwers
-        Who plans.
-    seed
-        Draws the noise.
-    executor
-        Runs the casts.
-    report
-        Called with how much is done, and how much there is: each cast is planned and executed.
+    A plan that is predicted to miss by more than 1 cm is executed all the same, as in the paper. The scenario's noise, if it has
+    any, is drawn with `seed`: another one for each cup, and the same one for each thrower. A trial that was lost counts as
+    diverged. `report` is called with how much is done, and how much there is: each cast is planned and executed.
     """
     n_steps = 2 * sum(len(thrower.cups) for thrower in throwers)
     report(0, n_steps)
@@ -137,7 +126,8 @@ def plan_and_execute(
             plan = plan_cast(thrower.model, from_polar(*cup), thrower.planner)
             trials.append(Trial(plan.cast, cup, derived_seed(seed, Purpose.NOISE, i), thrower.label, plan))
             report(len(trials), n_steps)
-    return execute(scenario, trials, executor, report=lambda done: report(len(trials) + done, n_steps))
+    casts = execute(scenario, trials, executor, report=lambda done: report(len(trials) + done, n_steps))
+    return lost_as_diverged(casts)
 
 
 def execute(
@@ -181,16 +171,13 @@ def trial_row(scenario: Scenario, trial: Trial, outcome: Outcome | None) -> Reco
     }
 
 
-_NO_PLAN: Record = dict.fromkeys(
-    ("predicted_offset", "predicted_miss", "std_along", "std_across", "rim_clear_probability"), math.nan
-)
-_NO_PLAN |= {"planner": "", "is_feasible": False}
-_NO_OUTCOME: Record = dict.fromkeys(
-    ("landing_along", "landing_across", "along", "lateral", "miss", "entry_angle", "slack"), math.nan
-)
-_NO_OUTCOME |= dict.fromkeys(("peak_torque_utilization", "peak_velocity_utilization"), math.nan)
+_NO_PLAN: Record = {"planner": "", "is_feasible": False}
+_NO_PLAN |= dict.fromkeys(("predicted_offset", "predicted_miss", "std_along", "std_across"), math.nan)
+_NO_PLAN |= {"rim_clear_probability": math.nan}
+_NO_OUTCOME: Record = {"status": LOST, "limits_hit": ()}
 _NO_OUTCOME |= dict.fromkeys(("is_caught", "is_slack", "entered_rim_clear"), False)
-_NO_OUTCOME |= {"status": LOST, "limits_hit": ()}
+_NO_OUTCOME |= dict.fromkeys(("landing_along", "landing_across", "along", "lateral", "miss", "entry_angle"), math.nan)
+_NO_OUTCOME |= dict.fromkeys(("slack", "peak_torque_utilization", "peak_velocity_utilization"), math.nan)
 
 
 def _predicted(plan: Plan, cup: Polar) -> Record:
@@ -252,8 +239,12 @@ def hits(trials: pd.DataFrame) -> Record:
 
 def failures(trials: pd.DataFrame) -> dict[str, int]:
     """Return how many of the trials ended in each status but caught, of those that occurred, by name."""
-    missed = trials.loc[~trials["is_caught"], "status"]
-    return {str(status): int(n) for status, n in missed.value_counts().sort_index().items()}
+    return dict(sorted(count_statuses(trials.loc[~trials["is_caught"], "status"]).items()))
+
+
+def count_statuses(statuses: pd.Series[str]) -> dict[str, int]:
+    """Return how many casts ended in each status, by name, the most frequent first."""
+    return {str(status): int(n) for status, n in statuses.value_counts().items()}
 
 
 def lost_as_diverged(trials: pd.DataFrame) -> pd.DataFrame:

@@ -56,7 +56,7 @@ def scatter(trials):
 
 
 def test_plans_are_executed_with_noise_there_and_without_it_before(finished, study):
-    trials = finished[0].executions.trials
+    trials = finished[0].executions
     np.testing.assert_allclose(scatter(trials), 0, atol=1e-12)
     seeds = [derived_seed(0, Purpose.NOISE, cup) for cup in range(6)]
     expected = [0.005 * np.random.default_rng(seed).standard_normal() for seed in seeds]

@@ -64,7 +64,7 @@ def check_tables(markdown):
 
 
 def check_missed_cups_are_explained(findings, markdown):
-    trials = pd.concat([findings.executions.trials, findings.noise.executions])
+    trials = pd.concat([findings.executions, findings.noise.executions])
     missed = trials[~trials["is_caught"]]
     assert len(missed)  # the noise sees to it
     for radius in missed["radius"]:

@@ -45,7 +45,9 @@ def noise_figure():
         executions=pd.concat([TRIALS.assign(label=label) for label in labels]),
     )
     with figure_style():
-        yield figures._noise(SimpleNamespace(noise=noise, settings=SimpleNamespace(scenario=Scenario())))
+        yield figures._draw(
+            "figure-14-noise", SimpleNamespace(noise=noise, settings=SimpleNamespace(scenario=Scenario()))
+        )
 
 
 def test_a_miss_is_the_whole_distance_with_the_sign_of_its_part_along_the_plane(axes, line_of):
@@ -77,7 +79,7 @@ def test_selection_shows_all_descents_and_both_sigmas_but_not_the_papers(line_of
         ),
     )
     with figure_style():
-        figure = figures._selection(SimpleNamespace(selection=selection))
+        figure = figures._draw("figure-05-selection", SimpleNamespace(selection=selection))
     sigma, regularization = figure.axes
     names = ["validation", "leave-one-out", "descents"]
     marks = ["chosen by leave-one-out: 0.44", "chosen by validation: 0.6"]

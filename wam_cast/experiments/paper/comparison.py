@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from wam_cast.cast import PARAMETERS, cast_bounds
-from wam_cast.experiments.frames import Record, Result, Rows, Values, records
+from wam_cast.experiments.frames import Record, Result, Rows, Values
 from wam_cast.experiments.paper import baselines
 from wam_cast.experiments.paper.selection import Selection, make_estimator
 from wam_cast.experiments.paper.settings import OnProgress
 from wam_cast.experiments.statistics import coverage, rmse, rmse_interval
-from wam_cast.learning.kernel_ridge import KernelRidge
 from wam_cast.learning.parts import Part, Parts
 from wam_cast.parallel.seeds import Purpose, derived_seed
 from wam_cast.scenario import Scenario
+from wam_cast.types import Array
 
 DEGREES = range(1, 13)
 COVERAGE = np.arange(0.05, 1.0, 0.05)
@@ -74,17 +75,11 @@ class Comparison(Result):
     coverage: Values
     empirical: dict[str, Values]
 
-    def row(self, name: str) -> Record:
-        """Return the row of that name."""
-        (row,) = records(self.rows[self.rows["name"] == name])
-        return row
-
 
 @dataclass(frozen=True)
 class _Fitted:
     """An estimator after its fit: its errors on training and validation casts, and how long the fit took."""
 
-    name: str
     label: str
     estimator: Any
     training_rmse: float
@@ -98,26 +93,27 @@ def compare(scenario: Scenario, parts: Parts, selection: Selection, seed: int, r
     report(0, len(candidates))
     fitted: dict[str, _Fitted] = {}
     for done, (name, (label, estimator)) in enumerate(candidates.items(), 1):
-        fitted[name] = _fit(name, label, estimator, parts)
+        fitted[name] = _fit(label, estimator, parts)
         report(done, len(candidates))
     polynomials = [fitted[f"polynomial_{degree}"] for degree in DEGREES]
-    best = min(polynomials, key=lambda one: one.validation_rmse)
+    variants = [one for name, one in fitted.items() if name.startswith("variant")]
     compared = {name: one for name, one in fitted.items() if not name.startswith(("polynomial", "variant"))}
+    best = min(polynomials, key=lambda one: one.validation_rmse)
     compared |= {"polynomial_12": fitted["polynomial_12"], "polynomial_best": best}
     ard, process = fitted["ard"].estimator, fitted["gaussian_process"].estimator
     validation = parts.validation
+    residuals = ard.predict(validation.X) - validation.landing
     process_mean, process_std = process.predict(validation.X, return_std=True)
 
     test = parts.open_test()
-    variants = [one for name, one in fitted.items() if name.startswith("variant")]
-    residuals = ard.predict(validation.X) - validation.landing
     return Comparison(
         rows=pd.DataFrame([_row(name, one, test, seed) for name, one in compared.items()]),
         polynomials=pd.DataFrame([_polynomial(one, parts, test) for one in polynomials]),
         variants=pd.DataFrame([_polynomial(one, parts, test) for one in variants]),
         test_measured=test.landing,
         test_predicted=ard.predict(test.X),
-        held_out=_held_out(ard, parts),
+        # Signs as those of a prediction minus what was measured.
+        held_out=_held_out(parts, np.concatenate([-ard.leave_one_out_residuals(), residuals])),
         coverage=COVERAGE,
         empirical={
             "KRR": coverage(residuals, ard.predict_std(validation.X), COVERAGE),
@@ -128,40 +124,33 @@ def compare(scenario: Scenario, parts: Parts, selection: Selection, seed: int, r
 
 def _candidates(scenario: Scenario, selection: Selection, seed: int) -> dict[str, tuple[str, Any]]:
     """Return label and unfitted estimator of each candidate by its name."""
-    bounds = cast_bounds(scenario)
-    candidates: dict[str, tuple[str, Any]] = {
+    bounds, kernel_ridge = cast_bounds(scenario), partial(make_estimator, scenario)
+    process = f"Gaussian process (kernel by {baselines.KERNEL_ROWS} casts)"
+    network = baselines.neural_network(bounds, derived_seed(seed, Purpose.NETWORK))
+    return {
         "constant": ("mean of the training landings", baselines.constant()),
         "nearest_neighbour": ("nearest neighbour", baselines.nearest_neighbour(bounds)),
-        "neural_network": ("neural network", baselines.neural_network(bounds, derived_seed(seed, Purpose.NETWORK))),
-        "gaussian_process": (
-            f"Gaussian process (kernel by {baselines.KERNEL_ROWS} casts)",
-            baselines.gaussian_process(bounds),
-        ),
-        "isotropic_by_validation": (
-            "KRR, one sigma, chosen as in the paper",
-            make_estimator(scenario, selection.by_validation),
-        ),
-        "isotropic": ("KRR, one sigma", make_estimator(scenario, selection.isotropic)),
-        "ard": ("KRR, ARD length scales", make_estimator(scenario, selection.per_parameter)),
+        "neural_network": ("neural network", network),
+        "gaussian_process": (process, baselines.gaussian_process(bounds)),
+        "isotropic_by_validation": ("KRR, one sigma, chosen as in the paper", kernel_ridge(selection.by_validation)),
+        "isotropic": ("KRR, one sigma", kernel_ridge(selection.isotropic)),
+        "ard": ("KRR, ARD length scales", kernel_ridge(selection.per_parameter)),
+        **{f"polynomial_{n}": (f"polynomial of degree {n}", baselines.polynomial(n, bounds)) for n in DEGREES},
+        "variant_raw": ("monomials in SI units, normal equations", baselines.raw_polynomial(12)),
+        "variant_additive": ("no products of parameters", baselines.additive_polynomial(12, bounds)),
+        **{
+            f"variant_{name}": (f"in the {name} alone", baselines.single_parameter_polynomial(12, bounds, column))
+            for column, name in enumerate(PARAMETERS)
+        },
     }
-    for degree in DEGREES:
-        candidates[f"polynomial_{degree}"] = (f"polynomial of degree {degree}", baselines.polynomial(degree, bounds))
-    variants = {
-        "raw": ("monomials in SI units, normal equations", baselines.raw_polynomial(12)),
-        "additive": ("no products of parameters", baselines.additive_polynomial(12, bounds)),
-    }
-    for column, parameter in enumerate(PARAMETERS):
-        curve = baselines.single_parameter_polynomial(12, bounds, column)
-        variants[parameter] = (f"in the {parameter} alone", curve)
-    return candidates | {f"variant_{name}": variant for name, variant in variants.items()}
 
 
-def _fit(name: str, label: str, estimator: Any, parts: Parts) -> _Fitted:
+def _fit(label: str, estimator: Any, parts: Parts) -> _Fitted:
     started = time.perf_counter()
     estimator.fit(parts.train.X, parts.train.landing)
     fit_s = time.perf_counter() - started
     training, validation = (rmse(estimator.predict(part.X) - part.landing) for part in (parts.train, parts.validation))
-    return _Fitted(name, label, estimator, training, validation, fit_s)
+    return _Fitted(label, estimator, training, validation, fit_s)
 
 
 def _row(name: str, fitted: _Fitted, test: Part, seed: int) -> Record:
@@ -200,13 +189,9 @@ def _polynomial(fitted: _Fitted, parts: Parts, test: Part) -> Record:
     }
 
 
-def _held_out(model: KernelRidge, parts: Parts) -> Residuals:
-    casts = np.vstack([parts.train.X, parts.validation.X])
-    # Signs as those of a prediction minus what was measured.
-    validation = model.predict(parts.validation.X) - parts.validation.landing
-    residual = np.concatenate([-model.leave_one_out_residuals(), validation])
+def _held_out(parts: Parts, residual: Array) -> Residuals:
     squares = np.sort(residual**2)[::-1]
-    distance, speed, wait = casts.T
+    distance, speed, wait = np.vstack([parts.train.X, parts.validation.X]).T
     return Residuals(
         distance=distance,
         speed=speed,

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from wam_cast.experiments.frames import Record, Result, Rows, Values, records, to_plain
+from wam_cast.experiments.frames import Record, Result, Values, records, to_plain
 from wam_cast.experiments.paper.comparison import Comparison
 from wam_cast.experiments.paper.landing_map import LandingMap
 from wam_cast.experiments.paper.learning_curves import LearningCurves
@@ -16,7 +16,7 @@ from wam_cast.experiments.paper.noise_study import NoiseStudy
 from wam_cast.experiments.paper.selection import Selection
 from wam_cast.experiments.paper.settings import PAPERS_PLANNER, Settings
 from wam_cast.experiments.statistics import describe
-from wam_cast.experiments.trials import failures, hits
+from wam_cast.experiments.trials import count_statuses, failures, hits
 from wam_cast.learning.dataset import CastDataset
 from wam_cast.learning.parts import Parts
 from wam_cast.scenario import Scenario
@@ -24,19 +24,6 @@ from wam_cast.scenario import Scenario
 TRIAL = ["cup", "distance", "speed", "wait", "is_feasible", "predicted_offset", "predicted_miss"]
 TRIAL += ["executed_offset", "executed_across", "executed_miss", "entry_angle", "status", "limits_hit"]
 """What `results.json` holds of each trial."""
-
-TEST_ROWS = (
-    "isotropic",
-    "ard",
-    "polynomial_12",
-    "polynomial_best",
-    "gaussian_process",
-    "neural_network",
-    "nearest_neighbour",
-    "constant",
-    "isotropic_by_validation",
-)
-"""Estimators whose test RMSE stands in `results.json` at the top."""
 
 
 class Samples(Result):
@@ -58,15 +45,12 @@ class Samples(Result):
     largest_across: float
 
 
-class Executions(Result):
-    """Plans for cups along the line that can be reached, each executed with contact: the trials of all planners."""
-
-    trials: Rows
-
-
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """What each phase found, and the settings that led there."""
+    """What each phase found, and the settings that led there.
+
+    `executions` are the trials of all planners: plans for cups along the line that can be reached, each executed with contact.
+    """
 
     settings: Settings
     samples: Samples
@@ -74,12 +58,12 @@ class Findings:
     comparison: Comparison
     learning_curves: LearningCurves
     landing_map: LandingMap
-    executions: Executions
+    executions: pd.DataFrame
     noise: NoiseStudy
 
     def summary(self) -> Record:
         """Return the main numbers, as JSON knows them."""
-        trials = self.executions.trials
+        trials, rows = self.executions, self.comparison.rows
         papers = summarize(trials[trials["planner"] == PAPERS_PLANNER], self.settings.scenario)
         return {
             "seed": self.settings.seed,
@@ -91,7 +75,7 @@ class Findings:
             "sigma": self.selection.isotropic.sigma[0],
             "sigma_by_validation": self.selection.by_validation.sigma[0],
             "regularization": self.selection.isotropic.regularization,
-            "test_rmse_m": {name: self.comparison.row(name)["rmse"] for name in TEST_ROWS},
+            "test_rmse_m": dict(zip(rows["name"], rows["rmse"], strict=True)),
             "n_cups": papers["n_cups"],
             "hit_rate": papers["hit_rate"],
             "hit_interval": list(papers["hit_interval"]),
@@ -106,20 +90,16 @@ class Findings:
         `wall_s`: how long each phase took [s].
         """
         scenario = self.settings.scenario
-        noise = to_plain(self.noise) | {"executions": by_label(self.noise.executions, scenario)}
+        phases = ("samples", "selection", "comparison", "learning_curves", "landing_map")
         content: Record = to_plain(
-            self.summary()
-            | {
+            {
+                **self.summary(),
                 "scenario": scenario.model_dump(mode="json"),
                 "wall_s": sum(wall_s.values()),
                 "wall_s_by_phase": wall_s,
-                "samples": self.samples,
-                "selection": self.selection,
-                "comparison": self.comparison,
-                "learning_curves": self.learning_curves,
-                "landing_map": self.landing_map,
-                "executions": by_label(self.executions.trials, scenario),
-                "noise": noise,
+                **{name: getattr(self, name) for name in phases},
+                "executions": by_label(self.executions, scenario),
+                "noise": to_plain(self.noise) | {"executions": by_label(self.noise.executions, scenario)},
             }
         )
         return content
@@ -131,7 +111,7 @@ def describe_samples(data: CastDataset, parts: Parts) -> Samples:
     train, _, _ = data.split()
     frame = data.frame.iloc[train]
     return Samples(
-        statuses={str(status): int(n) for status, n in data.frame["status"].value_counts().items()},
+        statuses=count_statuses(data.frame["status"]),
         n_train=len(X),
         n_validation=len(parts.validation.X),
         n_test=parts.n_test,
@@ -146,11 +126,17 @@ def describe_samples(data: CastDataset, parts: Parts) -> Samples:
 
 
 def by_label(trials: pd.DataFrame, scenario: Scenario) -> list[Record]:
-    """Return what the trials of each label come to, with the trials themselves."""
+    """Return what the trials of each label come to, with the trials themselves.
+
+    Their offsets along the casting plane are counted from the cup's middle [m].
+    """
+    names = {"radius": "cup", "landing_across": "executed_across", "miss": "executed_miss"}
+    offset = trials["landing_along"] - trials["radius"]
+    shown = trials.assign(executed_offset=offset).rename(columns=names)[TRIAL]
     return [
         {"label": label, "planner": group["planner"].iloc[0]}
         | summarize(group, scenario)
-        | {"trials": _trial_records(group)}
+        | {"trials": records(shown.loc[group.index])}
         for label, group in trials.groupby("label", sort=False)
     ]
 
@@ -171,13 +157,6 @@ def summarize(trials: pd.DataFrame, scenario: Scenario) -> dict[str, Any]:
         "n_no_plan_caught": int((~planned & caught).sum()),
         "n_touched": int((caught & (trials["miss"] > clear_radius(scenario))).sum()),
     }
-
-
-def _trial_records(trials: pd.DataFrame) -> list[Record]:
-    """Return the trials as they stand in `results.json`, offsets along the casting plane counted from the cup's middle [m]."""
-    names = {"radius": "cup", "landing_across": "executed_across", "miss": "executed_miss"}
-    offset = trials["landing_along"] - trials["radius"]
-    return records(trials.rename(columns=names).assign(executed_offset=offset)[TRIAL])
 
 
 def clear_radius(scenario: Scenario) -> float:

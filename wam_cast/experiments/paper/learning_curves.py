@@ -6,13 +6,11 @@ from collections import defaultdict
 from collections.abc import Callable
 from concurrent.futures import Executor
 from contextlib import closing
-from dataclasses import dataclass
 from functools import partial
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 import pandas as pd
-from sklearn.base import BaseEstimator, RegressorMixin
 from sklearn.model_selection import GridSearchCV
 
 from wam_cast.cast import PARAMETERS, cast_bounds
@@ -49,16 +47,6 @@ class LearningCurves(Result):
     curves: dict[str, Columns]
 
 
-@dataclass(frozen=True)
-class _Task:
-    """What every job of the learning curves needs."""
-
-    scenario: Scenario
-    train: Part
-    validation: Part
-    seed: int
-
-
 def learn_with_fewer_casts(
     scenario: Scenario, parts: Parts, seed: int, n_repeats: int, executor: Executor | Workers, report: OnProgress
 ) -> LearningCurves:
@@ -69,17 +57,17 @@ def learn_with_fewer_casts(
     """
     n_train = len(parts.train.X)
     sizes = (*(size for size in SIZES if size < n_train), n_train)
-    task = _Task(scenario, parts.train, parts.validation, seed)
     # All casts make one subset only; the largest fits come first, so that no processor is left with one in the end.
     jobs = [
         (name, size, repeat)
         for size in reversed(sizes)
-        for name in _ESTIMATORS
+        for name in _FITS
         for repeat in range(1 if size == n_train else n_repeats)
     ]
     errors: dict[tuple[str, int], list[float]] = defaultdict(list)
     report(0, len(jobs))
-    with closing(run_rows(partial(_run_job, task, jobs), range(len(jobs)), executor)) as results:
+    run_job = partial(_run_job, jobs, cast_bounds(scenario), parts.train, parts.validation, seed)
+    with closing(run_rows(run_job, range(len(jobs)), executor)) as results:
         for done, ((name, size, _), result) in enumerate(zip(jobs, results, strict=True), 1):
             if result is None:
                 raise InputError(f"learning curve, {name}: its process died; free memory and start again")
@@ -88,79 +76,47 @@ def learn_with_fewer_casts(
     return LearningCurves(
         n_train=sizes,
         n_repeats=n_repeats,
-        curves={name: _band([errors[name, size] for size in sizes]) for name in _ESTIMATORS},
+        curves={name: pd.DataFrame([_band(errors[name, size]) for size in sizes]) for name in _FITS},
     )
 
 
-def _band(errors: list[list[float]]) -> pd.DataFrame:
-    """Return the band of the errors of each size."""
-    return pd.DataFrame(
-        {
-            "median": [np.median(values) for values in errors],
-            "low": [min(values) for values in errors],
-            "high": [max(values) for values in errors],
-        }
-    )
+def _band(errors: list[float]) -> dict[str, float]:
+    return {"median": float(np.median(errors)), "low": min(errors), "high": max(errors)}
 
 
-def _run_job(task: _Task, jobs: list[tuple[str, int, int]], row: int) -> float:
+def _run_job(
+    jobs: list[tuple[str, int, int]], bounds: Bounds, train: Part, validation: Part, seed: int, row: int
+) -> float:
     """Return the validation RMSE [m] of one estimator that is fitted to one subset."""
     name, size, repeat = jobs[row]
-    rng = np.random.default_rng(derived_seed(task.seed, Purpose.SUBSETS, repeat))
-    subset = rng.permutation(len(task.train.X))[:size]
+    rng = np.random.default_rng(derived_seed(seed, Purpose.SUBSETS, repeat))
+    subset = rng.permutation(len(train.X))[:size]
     # One thread each: as many processes run as there are processors.
     with one_thread():
-        model = _ESTIMATORS[name](cast_bounds(task.scenario), derived_seed(task.seed, Purpose.NETWORK))
-        model.fit(task.train.X[subset], task.train.landing[subset])
-        return rmse(model.predict(task.validation.X) - task.validation.landing)
+        model = _FITS[name](train.X[subset], train.landing[subset], bounds, derived_seed(seed, Purpose.NETWORK))
+        return rmse(model.predict(validation.X) - validation.landing)
 
 
-class SelfTunedKernelRidge(RegressorMixin, BaseEstimator):
-    """Kernel ridge regression that chooses its own sigma and lambda by leave-one-out.
-
-    Parameters
-    ----------
-    bounds : pair (lower, upper)
-        Of the inputs.
-    n_sigmas : int, default=1
-        One for all inputs, or as many as there are inputs.
-
-    Attributes
-    ----------
-    model_ : KernelRidge
-        Fitted.
-    """
-
-    def __init__(self, bounds: Bounds, n_sigmas: int = 1) -> None:
-        self.bounds = bounds
-        self.n_sigmas = n_sigmas
-
-    def fit(self, X: Array, y: Array) -> Self:
-        """Choose on the training data, and fit to it."""
-        sigma0 = START_SIGMA if self.n_sigmas == 1 else [START_SIGMA] * self.n_sigmas
-        tuned = tune_by_lbfgs(LeaveOneOutLoss(X, y, input_bounds=self.bounds), sigma0=sigma0)
-        self.model_ = KernelRidge(sigma=tuned.sigma, regularization=tuned.regularization, input_bounds=self.bounds).fit(
-            X, y
-        )
-        return self
-
-    def predict(self, X: Array) -> Array:
-        """Return the predicted targets, shape (n,)."""
-        return self.model_.predict(X)
+def fit_self_tuned(X: Array, y: Array, bounds: Bounds, n_sigmas: int) -> KernelRidge:
+    """Fit kernel ridge regression, its lambda and its `n_sigmas` sigmas (1 or 3) chosen by leave-one-out on the same data."""
+    sigma0 = START_SIGMA if n_sigmas == 1 else [START_SIGMA] * n_sigmas
+    tuned = tune_by_lbfgs(LeaveOneOutLoss(X, y, input_bounds=bounds), sigma0=sigma0)
+    return KernelRidge(sigma=tuned.sigma, regularization=tuned.regularization, input_bounds=bounds).fit(X, y)
 
 
-def _polynomial(bounds: Bounds, _seed: int) -> Any:
-    """Return a polynomial that chooses its degree by cross-validation."""
+def _fit_polynomial(X: Array, y: Array, bounds: Bounds) -> GridSearchCV:
+    """Fit a polynomial of the degree that cross-validation chooses."""
     grid = {"legendrefeatures__degree": list(range(1, MAX_DEGREE + 1))}
-    return GridSearchCV(baselines.polynomial(1, bounds), grid, cv=N_FOLDS, scoring="neg_mean_squared_error")
+    search = GridSearchCV(baselines.polynomial(1, bounds), grid, cv=N_FOLDS, scoring="neg_mean_squared_error")
+    return search.fit(X, y)
 
 
-_ESTIMATORS: dict[str, Callable[[Bounds, int], Any]] = {
-    "KRR, ARD length scales": lambda bounds, _: SelfTunedKernelRidge(bounds, len(PARAMETERS)),
-    "KRR, one sigma": lambda bounds, _: SelfTunedKernelRidge(bounds),
-    "Gaussian process": lambda bounds, _: baselines.gaussian_process(bounds),
-    "polynomial": _polynomial,
-    "neural network": baselines.neural_network,
-    "nearest neighbour": lambda bounds, _: baselines.nearest_neighbour(bounds),
+_FITS: dict[str, Callable[[Array, Array, Bounds, int], Any]] = {
+    "KRR, ARD length scales": lambda X, y, bounds, _: fit_self_tuned(X, y, bounds, len(PARAMETERS)),
+    "KRR, one sigma": lambda X, y, bounds, _: fit_self_tuned(X, y, bounds, 1),
+    "Gaussian process": lambda X, y, bounds, _: baselines.gaussian_process(bounds).fit(X, y),
+    "polynomial": lambda X, y, bounds, _: _fit_polynomial(X, y, bounds),
+    "neural network": lambda X, y, bounds, seed: baselines.neural_network(bounds, seed).fit(X, y),
+    "nearest neighbour": lambda X, y, bounds, _: baselines.nearest_neighbour(bounds).fit(X, y),
 }
-"""What makes each estimator, of the bounds and a seed, by its label."""
+"""What fits each estimator to casts and landings, with the bounds and a seed, by its label."""

@@ -11,13 +11,12 @@ from wam_cast.experiments.frames import Columns, Record, Result, Rows, Values
 from wam_cast.experiments.paper.selection import Chosen, make_estimator, regularization_curve, select_per_parameter
 from wam_cast.experiments.paper.settings import PLANNERS, OnProgress, Settings
 from wam_cast.experiments.statistics import rmse, rmse_interval
-from wam_cast.experiments.trials import Thrower, line_of_cups, lost_as_diverged, plan_and_execute
+from wam_cast.experiments.trials import Thrower, count_statuses, line_of_cups, plan_and_execute
 from wam_cast.learning.dataset import CastDataset
 from wam_cast.learning.forward_model import ForwardModel
 from wam_cast.learning.parts import Parts, split_casts
 from wam_cast.parallel.seeds import Purpose, derived_seed
 from wam_cast.parallel.workers import Workers
-from wam_cast.types import Array
 
 LEARNED_WITH_NOISE = "learned with noise"
 """Ends the label of an execution whose model did."""
@@ -79,7 +78,9 @@ def study_noise(
     chosen = select_per_parameter(scenario, parts)
     curve = regularization_curve(scenario, parts, chosen.sigma)
     train, _, test = clean.split()
-    along, across = (_moved(clean, noisy, name)[train] for name in ("landing_along", "landing_across"))
+    names = ["landing_along", "landing_across"]
+    moved = (noisy.frame[names] - clean.frame[names]).to_numpy(dtype=float)
+    along, across = moved[train].T
 
     noisy_model = ForwardModel.from_hyperparameters(noisy, chosen.sigma, chosen.regularization)
     clean_model = ForwardModel.from_hyperparameters(clean, clean_chosen.sigma, clean_chosen.regularization)
@@ -96,22 +97,17 @@ def study_noise(
     )
     return NoiseStudy(
         levels=settings.noise.model_dump(),
-        statuses={str(status): int(n) for status, n in noisy.frame["status"].value_counts().items()},
+        statuses=count_statuses(noisy.frame["status"]),
         along=along,
         across=across,
         along_std=float(np.nanstd(along)),
         across_std=float(np.nanstd(across)),
         models=_measure(settings, split_casts(clean), parts, chosen, clean_chosen),
         # The test casts' noise chooses nothing: it says what is left when a model is perfect.
-        test_floor=float(np.sqrt(np.nanmean(_moved(clean, noisy, "landing_along")[test] ** 2))),
+        test_floor=float(np.sqrt(np.nanmean(moved[test, 0] ** 2))),
         regularization_curve=curve,
-        executions=lost_as_diverged(trials),
+        executions=trials,
     )
-
-
-def _moved(clean: CastDataset, noisy: CastDataset, name: str) -> Array:
-    """Return one column of each noisy cast minus that of the same cast without noise, in the order of the rows."""
-    return (noisy.frame[name] - clean.frame[name]).to_numpy(dtype=float)
 
 
 def _measure(settings: Settings, clean: Parts, noisy: Parts, chosen: Chosen, clean_chosen: Chosen) -> pd.DataFrame:

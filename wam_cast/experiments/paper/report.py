@@ -43,7 +43,6 @@ FAILURES: dict[str, str] = {
 }
 """Kinds of failure in words."""
 
-
 FAST_SPEED = 0.7
 """Mean speed of a move [m/s] beyond which the report counts it as fast."""
 
@@ -67,14 +66,7 @@ def write_report(findings: Findings, directory: RunDirectory) -> None:
 def render_markdown(results: Record, settings: Settings, folder: Path) -> str:
     """Return the report as Markdown: every number in it is one of `results.json`, and every conclusion follows from them.
 
-    Parameters
-    ----------
-    results
-        The content of `results.json`.
-    settings
-        Of the run.
-    folder
-        Where the report lies, and its figures in the folder `figures`.
+    `results` is the content of `results.json`; the report lies in `folder`, and its figures in `folder / "figures"`.
     """
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent),
@@ -83,13 +75,8 @@ def render_markdown(results: Record, settings: Settings, folder: Path) -> str:
         lstrip_blocks=True,
         autoescape=False,  # Markdown, of our own numbers
     )
-    environment.filters |= {
-        "cm": _scaled(100, 2),
-        "mm": _scaled(1000, 1),
-        "percent": _percent,
-        "power": _power,
-        "listing": _listing,
-    }
+    environment.filters |= {"cm": _scaled(100, 2), "mm": _scaled(1000, 1)}
+    environment.filters |= {"percent": _percent, "power": _power, "listing": _listing}
     scenario = settings.scenario
     return environment.get_template("report.md.j2").render(
         f=results,
@@ -174,7 +161,7 @@ def render_html(markdown: str, folder: Path) -> str:
     # Links to files beside the page would break when it is moved.
     markdown = re.sub(r" \(\[PDF\]\([^)]*\)\)|(?<=\[results\.json\])\(results\.json\)", "", markdown)
     body = MarkdownIt("commonmark").enable("table").render(markdown)
-    body = re.sub(r'src="(figures/[^"]+\.png)"', lambda match: f'src="{_data_uri(folder / match[1])}"', body)
+    body = re.sub(r'(?<=src=")figures/[^"]+\.png(?=")', lambda match: _data_uri(folder / match[0]), body)
     title = markdown.splitlines()[0].lstrip("# ")
     return (
         f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{title}</title>\n'

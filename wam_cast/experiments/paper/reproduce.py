@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Executor
+from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
 from typing import TypeVar
 
+import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from wam_cast.experiments.frames import Result
+from wam_cast.experiments.frames import Rows
 from wam_cast.experiments.paper.comparison import Comparison, compare
-from wam_cast.experiments.paper.findings import Executions, Findings, Samples, describe_samples
+from wam_cast.experiments.paper.findings import Findings, Samples, describe_samples
 from wam_cast.experiments.paper.landing_map import LandingMap, map_landings
 from wam_cast.experiments.paper.learning_curves import LearningCurves, learn_with_fewer_casts
 from wam_cast.experiments.paper.noise_study import NoiseStudy, study_noise
@@ -20,7 +22,7 @@ from wam_cast.experiments.paper.report import write_report
 from wam_cast.experiments.paper.report_figures import CAPTIONS, draw_figures
 from wam_cast.experiments.paper.selection import Chosen, Selection, select_models
 from wam_cast.experiments.paper.settings import PLANNERS, OnProgress, Settings
-from wam_cast.experiments.trials import Thrower, line_of_cups, lost_as_diverged, plan_and_execute
+from wam_cast.experiments.trials import Thrower, line_of_cups, plan_and_execute
 from wam_cast.learning.dataset import CastDataset, generate_dataset
 from wam_cast.learning.forward_model import ForwardModel
 from wam_cast.learning.parts import Parts, split_casts
@@ -31,7 +33,7 @@ from wam_cast.storage.run_directory import RunDirectory
 Progress = Callable[[str, int, int], None]
 """Takes a phase's title, how much of it is done, and how much there is."""
 
-R = TypeVar("R", bound=Result)
+R = TypeVar("R")
 
 
 def reproduce(
@@ -75,65 +77,52 @@ def reproduce(
     # One thread for each process, which also makes ill-conditioned sums the same whatever the number of processors.
     store = RunDirectory(directory, settings.identity, settings.own_scenario)
     with store, Workers() as workers, threadpool_limits(1):
-        run = _Run(settings, store, executor or workers, report)
-        findings = run.findings()
+        findings = _Run(settings, store, executor or workers, report).findings()
         with store.timed("figures"):
-            run.draw_figures(findings)
+            report("figures", 0, len(CAPTIONS))
+            for done, _ in enumerate(draw_figures(findings, store.figures, executor or workers), 1):
+                report("figures", done, len(CAPTIONS))
         write_report(findings, store)
     return findings
 
 
+@dataclass(frozen=True)
 class _Run:
     """The phases, each of them done now or read from an earlier run."""
 
-    def __init__(
-        self, settings: Settings, directory: RunDirectory, executor: Executor | Workers, on_progress: Progress
-    ) -> None:
-        self._settings, self._directory, self._executor = settings, directory, executor
-        self._on_progress = on_progress
+    settings: Settings
+    directory: RunDirectory
+    executor: Executor | Workers
+    report: Progress
 
     def findings(self) -> Findings:
-        settings, scenario = self._settings, self._settings.scenario
+        settings, scenario, seed, executor = self.settings, self.settings.scenario, self.settings.seed, self.executor
         samples = self._phase("casts", Samples, lambda _: describe_samples(self._casts, self._parts))
         selection = self._phase("model selection", Selection, lambda r: select_models(scenario, self._parts, r))
-        comparison = self._phase(
-            "comparison", Comparison, lambda r: compare(scenario, self._parts, selection, settings.seed, r)
-        )
+        chosen = selection.per_parameter
+        comparison = self._phase("comparison", Comparison, lambda r: compare(scenario, self._parts, selection, seed, r))
         learning_curves = self._phase(
             "learning curves",
             LearningCurves,
-            lambda r: learn_with_fewer_casts(
-                scenario, self._parts, settings.seed, settings.n_repeats, self._executor, r
-            ),
+            lambda r: learn_with_fewer_casts(scenario, self._parts, seed, settings.n_repeats, executor, r),
         )
-        chosen = selection.per_parameter
         landing_map = self._phase("landing map", LandingMap, lambda r: map_landings(self._model(chosen), r))
-        executions = self._phase("execution", Executions, lambda r: self._execute(chosen, r))
+        executions = self._phase("execution", Rows, lambda r: self._execute(chosen, r))
         noise = self._phase(
-            "noise",
-            NoiseStudy,
-            lambda r: study_noise(settings, self._casts, self._noisy_casts, chosen, self._executor, r),
+            "noise", NoiseStudy, lambda r: study_noise(settings, self._casts, self._noisy_casts, chosen, executor, r)
         )
         return Findings(settings, samples, selection, comparison, learning_curves, landing_map, executions, noise)
 
-    def draw_figures(self, findings: Findings) -> None:
-        self._report("figures", 0, len(CAPTIONS))
-        for done, _ in enumerate(draw_figures(findings, self._directory.figures, self._executor), 1):
-            self._report("figures", done, len(CAPTIONS))
-
     def _phase(self, title: str, kind: type[R], compute: Callable[[OnProgress], R]) -> R:
-        return self._directory.phase(title.replace(" ", "-"), kind, lambda: compute(partial(self._report, title)))
-
-    def _report(self, title: str, done: int, n: int) -> None:
-        self._on_progress(title, done, n)
+        return self.directory.phase(title.replace(" ", "-"), kind, lambda: compute(partial(self.report, title)))
 
     @cached_property
     def _casts(self) -> CastDataset:
-        return self._generate(self._settings.scenario, self._directory.casts, "casts")
+        return self._generate(self.settings.scenario, self.directory.casts, "casts")
 
     @cached_property
     def _noisy_casts(self) -> CastDataset:
-        return self._generate(self._settings.noisy_scenario, self._directory.noisy_casts, "noisy casts")
+        return self._generate(self.settings.noisy_scenario, self.directory.noisy_casts, "noisy casts")
 
     @cached_property
     def _parts(self) -> Parts:
@@ -142,22 +131,17 @@ class _Run:
 
     def _generate(self, scenario: Scenario, directory: Path, title: str) -> CastDataset:
         """Return the dataset in `directory`; what is missing of it is simulated."""
-        settings = self._settings
+        report = partial(self.report, title)
+        n_casts, seed = self.settings.n_casts, self.settings.seed
         return generate_dataset(
-            scenario,
-            settings.n_casts,
-            settings.seed,
-            executor=self._executor,
-            directory=directory,
-            on_progress=partial(self._report, title),
+            scenario, n_casts, seed, executor=self.executor, directory=directory, on_progress=report
         )
 
     def _model(self, chosen: Chosen) -> ForwardModel:
         return ForwardModel.from_hyperparameters(self._casts, chosen.sigma, chosen.regularization)
 
-    def _execute(self, chosen: Chosen, report: OnProgress) -> Executions:
-        model, settings = self._model(chosen), self._settings
+    def _execute(self, chosen: Chosen, report: OnProgress) -> pd.DataFrame:
+        model, settings = self._model(chosen), self.settings
         cups = line_of_cups(model, settings.n_cups)
         throwers = [Thrower(planner, planner, model, cups) for planner in PLANNERS]
-        trials = plan_and_execute(settings.scenario, throwers, executor=self._executor, report=report)
-        return Executions(trials=lost_as_diverged(trials))
+        return plan_and_execute(settings.scenario, throwers, executor=self.executor, report=report)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 
 import numpy as np
@@ -10,6 +11,7 @@ import pandas as pd
 from wam_cast.cast import cast_bounds
 from wam_cast.experiments.frames import Columns, Result
 from wam_cast.experiments.paper import published as paper
+from wam_cast.experiments.paper.baselines import Bounds
 from wam_cast.experiments.paper.settings import OnProgress
 from wam_cast.experiments.statistics import rmse
 from wam_cast.learning.forward_model import START_SIGMA, tune_model
@@ -73,35 +75,32 @@ class Selection(Result):
 
 def select_models(scenario: Scenario, parts: Parts, report: OnProgress) -> Selection:
     """Choose sigma and lambda in three ways, and trace the errors over each; the test part stays closed."""
-    errors, unscaled = _Errors(cast_bounds(scenario), parts), _Errors(SI_UNITS, parts)
+    bounds, train, validation = cast_bounds(scenario), parts.train, parts.validation
     n_steps = len(SIGMAS) + len(REGULARIZATIONS) + len(PAPERS_REGULARIZATIONS) + 2 + len(DESCENT_STARTS)
-    done = 0
+    steps = itertools.count(1)
 
     def finished() -> None:
-        nonlocal done
-        done += 1
-        report(done, n_steps)
+        report(next(steps), n_steps)
 
     report(0, n_steps)
-    isotropic = errors.chosen(errors.by_leave_one_out())
+    loss = LeaveOneOutLoss(train.X, train.landing, input_bounds=bounds)
+    isotropic = _choose(tune_by_lbfgs(loss, sigma0=START_SIGMA), bounds, parts)
     finished()
-    per_parameter = errors.chosen(tune_model(scenario, parts.train))
+    per_parameter = select_per_parameter(scenario, parts)
     finished()
+    papers_loss = ValidationLoss(train.X, train.landing, validation.X, validation.landing, input_bounds=bounds)
     descents = []
     for start in DESCENT_STARTS:
-        descents.append(errors.by_validation(start, isotropic.regularization))
+        descents.append(tune_by_descent(papers_loss, sigma0=start, regularization=isotropic.regularization))
         finished()
-    best = min(descents, key=lambda tuned: tuned.rmse)
-    sigma_curve = errors.curve(SIGMAS, lambda sigma: (sigma, isotropic.regularization), finished)
-    regularization_curve = errors.curve(REGULARIZATIONS, lambda lam: (isotropic.sigma[0], lam), finished)
-    papers_curve = unscaled.curve(PAPERS_REGULARIZATIONS, lambda lam: (paper.SIGMA, lam), finished)
+    regularization, (sigma,) = isotropic.regularization, isotropic.sigma
     return Selection(
-        by_validation=errors.chosen(best),
+        by_validation=_choose(min(descents, key=lambda tuned: tuned.rmse), bounds, parts),
         isotropic=isotropic,
         per_parameter=per_parameter,
-        sigma_curve=sigma_curve,
-        regularization_curve=regularization_curve,
-        papers_curve=papers_curve,
+        sigma_curve=_curve(SIGMAS, lambda x: (x, regularization), bounds, parts, finished),
+        regularization_curve=_curve(REGULARIZATIONS, lambda x: (sigma, x), bounds, parts, finished),
+        papers_curve=_curve(PAPERS_REGULARIZATIONS, lambda x: (paper.SIGMA, x), SI_UNITS, parts, finished),
         descents=tuple(pd.DataFrame({"x": tuned.sigma_path, "rmse": tuned.rmse_path}) for tuned in descents),
     )
 
@@ -114,58 +113,46 @@ def make_estimator(scenario: Scenario, chosen: Chosen) -> KernelRidge:
 
 def select_per_parameter(scenario: Scenario, parts: Parts) -> Chosen:
     """Choose ARD length scales and lambda; the test part stays closed."""
-    return _Errors(cast_bounds(scenario), parts).chosen(tune_model(scenario, parts.train))
+    return _choose(tune_model(scenario, parts.train), cast_bounds(scenario), parts)
 
 
 def regularization_curve(scenario: Scenario, parts: Parts, sigma: tuple[float, ...]) -> pd.DataFrame:
     """Return the errors over lambda at one `sigma`."""
-    errors = _Errors(cast_bounds(scenario), parts)
-    return errors.curve(REGULARIZATIONS, lambda lam: (np.array(sigma), lam), lambda: None)
+    return _curve(REGULARIZATIONS, lambda x: (np.array(sigma), x), cast_bounds(scenario), parts)
 
 
-class _Errors:
-    """The landing's errors along the casting plane, by leave-one-out over the training casts and on the validation casts."""
+def _choose(tuned: TuningResult, bounds: Bounds, parts: Parts) -> Chosen:
+    loo, validation = _errors(np.asarray(tuned.sigma), tuned.regularization, bounds, parts)
+    return Chosen(
+        sigma=tuple(np.ravel(tuned.sigma).tolist()),
+        regularization=tuned.regularization,
+        leave_one_out_rmse=loo,
+        validation_rmse=validation,
+    )
 
-    def __init__(self, bounds: tuple[Array, Array], parts: Parts) -> None:
-        self._bounds = bounds
-        self._train, self._validation = parts.train, parts.validation
 
-    def by_leave_one_out(self) -> TuningResult:
-        loss = LeaveOneOutLoss(self._train.X, self._train.landing, input_bounds=self._bounds)
-        return tune_by_lbfgs(loss, sigma0=START_SIGMA)
+def _curve(
+    values: Array,
+    at: Callable[[float], tuple[float | Array, float]],
+    bounds: Bounds,
+    parts: Parts,
+    finished: Callable[[], None] = lambda: None,
+) -> pd.DataFrame:
+    """Return the error curve over values of a hyperparameter, `at` each of which sigma and lambda are known."""
+    errors = []
+    for value in values:
+        errors.append(_errors(*at(float(value)), bounds, parts))
+        finished()
+    loo, validation = np.array(errors).T
+    return pd.DataFrame({"x": values, "validation_rmse": validation, "leave_one_out_rmse": loo})
 
-    def by_validation(self, sigma0: float, regularization: float) -> TuningResult:
-        train, validation = self._train, self._validation
-        loss = ValidationLoss(train.X, train.landing, validation.X, validation.landing, input_bounds=self._bounds)
-        return tune_by_descent(loss, sigma0=sigma0, regularization=regularization)
 
-    def evaluate(self, sigma: float | Array, regularization: float) -> tuple[float, float]:
-        """Return the leave-one-out RMSE and the validation RMSE [m]; nan if the kernel matrix is singular."""
-        model = KernelRidge(sigma=sigma, regularization=regularization, input_bounds=self._bounds)
-        try:
-            model.fit(self._train.X, self._train.landing)
-        except np.linalg.LinAlgError:
-            return np.nan, np.nan
-        return (
-            rmse(model.leave_one_out_residuals()),
-            rmse(model.predict(self._validation.X) - self._validation.landing),
-        )
-
-    def chosen(self, tuned: TuningResult) -> Chosen:
-        loo, validation = self.evaluate(np.asarray(tuned.sigma), tuned.regularization)
-        return Chosen(
-            sigma=tuple(np.ravel(tuned.sigma).tolist()),
-            regularization=tuned.regularization,
-            leave_one_out_rmse=loo,
-            validation_rmse=validation,
-        )
-
-    def curve(
-        self, values: Array, at: Callable[[float], tuple[float | Array, float]], finished: Callable[[], None]
-    ) -> pd.DataFrame:
-        errors = []
-        for value in values:
-            errors.append(self.evaluate(*at(float(value))))
-            finished()
-        loo, validation = np.array(errors).T
-        return pd.DataFrame({"x": values, "validation_rmse": validation, "leave_one_out_rmse": loo})
+def _errors(sigma: float | Array, regularization: float, bounds: Bounds, parts: Parts) -> tuple[float, float]:
+    """Return the leave-one-out RMSE and the validation RMSE [m]; nan if the kernel matrix is singular."""
+    model = KernelRidge(sigma=sigma, regularization=regularization, input_bounds=bounds)
+    try:
+        model.fit(parts.train.X, parts.train.landing)
+    except np.linalg.LinAlgError:
+        return np.nan, np.nan
+    validation = rmse(model.predict(parts.validation.X) - parts.validation.landing)
+    return rmse(model.leave_one_out_residuals()), validation

@@ -22,17 +22,8 @@ PLANNERS: tuple[Method, ...] = (PAPERS_PLANNER, *(planner for planner in METHODS
 """The paper's first."""
 
 
-@dataclass(frozen=True)
-class Size:
-    """How much of everything: casts, cups on the line, and random subsets of each size in the learning curves."""
-
-    n_casts: int
-    n_cups: int
-    n_repeats: int
-
-
-FULL = Size(n_casts=1700, n_cups=100, n_repeats=8)
-QUICK = Size(n_casts=170, n_cups=10, n_repeats=3)
+FULL = {"n_casts": 1700, "n_cups": 100, "n_repeats": 8}
+QUICK = {"n_casts": 170, "n_cups": 10, "n_repeats": 3}
 
 
 @dataclass(frozen=True)
@@ -74,7 +65,7 @@ class Settings:
         seed = checked_integer("seed", seed, 0)
         noise = scenario.noise if scenario.noise.is_on else Noise.typical()
         clean = scenario.model_copy(update={"noise": Noise()})
-        return cls(clean, noise, seed, **vars(QUICK if quick else FULL), is_quick=quick)
+        return cls(clean, noise, seed, **(QUICK if quick else FULL), is_quick=quick)
 
     @property
     def versions(self) -> dict[str, str]:

@@ -8,12 +8,14 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from planners.ablation import Ablation, ablate
+import pandas as pd
+from planners.ablation import ablate, summarize
 from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from wam_cast.learning.forward_model import ForwardModel, reference_model
+from wam_cast.learning.forward_model import ForwardModel
+from wam_cast.learning.reference import reference_model
 from wam_cast.parallel.workers import Workers
 from wam_cast.scenario import Scenario
 from wam_cast.storage.dataset_directory import current_versions
@@ -21,28 +23,29 @@ from wam_cast.storage.dataset_directory import current_versions
 HEADINGS = (
     "without",
     "caught",
-    "entered clear",
+    "entered rim-clear",
     "executed miss: median, P95, max [mm]",
     "slack, P5 [mm]",
     "taut at the landing",
     "limits met",
-    "share of a limit, P95",
+    "utilization of a limit, P95",
 )
 
 
-def cells(one: Ablation) -> tuple[str, ...]:
-    hits = one.hits
-    (low, high), (clear_low, clear_high), miss = hits.interval, one.clear_interval, hits.executed_miss
-    numbers = (miss.median, miss.p95, miss.max)
+def cells(without: str, trials: pd.DataFrame) -> tuple[str, ...]:
+    found = summarize(trials)
+    (low, high), (clear_low, clear_high) = found["hit_interval"], found["clear_interval"]
+    miss, slack, utilization = found["executed_miss"], found["least_slack"], found["largest_utilization"]
+    numbers = (miss["median"], miss["p95"], miss["max"])
     return (
-        ", ".join(one.without) if len(one.without) < 2 else "all of them",
-        f"{hits.n_caught} of {hits.n_cups} ({low:.0%} to {high:.0%})",
-        f"{one.n_clear} ({clear_low:.0%} to {clear_high:.0%})",
+        without,
+        f"{found['n_caught']} of {found['n_cups']} ({low:.0%} to {high:.0%})",
+        f"{found['n_clear']} ({clear_low:.0%} to {clear_high:.0%})",
         ", ".join(f"{1e3 * value:.1f}" for value in numbers if value is not None),
-        "-" if one.least_slack is None else f"{1e3 * one.least_slack:.1f}",
-        str(one.n_taut),
-        str(one.n_limit_hits),
-        "-" if one.largest_share is None else f"{one.largest_share:.2f}",
+        "-" if pd.isna(slack) else f"{1e3 * slack:.1f}",
+        str(found["n_taut"]),
+        str(found["n_limit_hits"]),
+        "-" if pd.isna(utilization) else f"{utilization:.2f}",
     )
 
 
@@ -52,9 +55,9 @@ def main() -> None:
     )
     arguments.add_argument("--cups", type=int, default=150)
     arguments.add_argument("--seed", type=int, default=0)
-    arguments.add_argument("--scenario", type=Path, help="YAML file; the reference scenario without it")
-    arguments.add_argument("--model", type=Path, help="of the scenario; the reference model without it")
-    arguments.add_argument("--workers", type=int, help="by default one for each processor")
+    arguments.add_argument("--scenario", type=Path, help="YAML file; default: the reference scenario")
+    arguments.add_argument("--model", type=Path, help="of the scenario; default: the reference model")
+    arguments.add_argument("--workers", type=int, help="default: one for each processor")
     arguments.add_argument("--markdown", type=Path, metavar="FILE", help="write the table there too")
     options = arguments.parse_args()
     model = reference_model() if options.model is None else ForwardModel.load(options.model)
@@ -62,7 +65,7 @@ def main() -> None:
         model = model.bound_to(Scenario.from_yaml(options.scenario))
     with Workers(options.workers) as workers, Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("variants and cups")
-        rows = ablate(
+        trials = ablate(
             model,
             options.cups,
             seed=options.seed,
@@ -73,11 +76,12 @@ def main() -> None:
     versions = ", ".join(f"{name} {number}" for name, number in current_versions().items())
     caption = f"{options.cups} random cups from {nearest:.3f} to {farthest:.3f} m, seed {options.seed}; 95 % intervals; {versions}"
     table = Table(*HEADINGS, caption=caption)
-    for one in rows:
-        table.add_row(*cells(one))
+    rows = [cells(str(label), group) for label, group in trials.groupby("label", sort=False)]
+    for row in rows:
+        table.add_row(*row)
     Console().print(table)
     if options.markdown is not None:
-        lines = [HEADINGS, ("---",) * len(HEADINGS), *map(cells, rows)]
+        lines = [HEADINGS, ("---",) * len(HEADINGS), *rows]
         text = "\n".join(f"| {' | '.join(line)} |" for line in lines)
         options.markdown.write_text(f"{text}\n\n{caption}\n", encoding="utf-8")
 

@@ -17,7 +17,7 @@ from wam_cast.learning.sampling import sample_cast
 from wam_cast.motion.stages import CastMotion
 from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Scenario
-from wam_cast.simulation.outcome import BallTrack, find_crossing
+from wam_cast.simulation.judge import BallTrack, find_crossing
 from wam_cast.simulation.simulator import CastSimulator
 
 CONVERGED = SimulatorConfig(

@@ -1,11 +1,11 @@
-"""Whether the model knows by how much it errs: casts that it has never seen, and plans that are executed with noise.
+"""Whether the model's predictive standard deviation is right: casts that it has never seen, and plans that are executed with noise.
 
     python benchmarks/calibration.py [--casts 1000] [--cups 100] [--seed 1] [--workers N] [--picture FILE]
 
 The casts are of another seed than those that the model was fitted to, chosen and scaled by. Prints the expected calibration
 error (the mean difference between the share of casts that central intervals hold and the share that they should hold), and the
 errors of casts in eight groups by their predicted standard deviation; then the predicted and the executed share of plans whose
-ball enters the cup without touching it.
+ball enters the cup without touching its rim.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from rich.table import Table
 
 from wam_cast.cast import PARAMETERS, cast_bounds
 from wam_cast.experiments.statistics import coverage, rmse, wilson_interval
-from wam_cast.experiments.trials import Trial, draw_cups, entered_clear, execute
+from wam_cast.experiments.trials import Thrower, draw_cups, plan_and_execute
 from wam_cast.learning.dataset import generate_dataset
-from wam_cast.learning.forward_model import ForwardModel, reference_model
+from wam_cast.learning.forward_model import ForwardModel
 from wam_cast.learning.kernel_ridge import KernelRidge
-from wam_cast.learning.parts import OUTPUTS
-from wam_cast.parallel.seeds import Purpose, derived_seed
+from wam_cast.learning.reference import reference_model
 from wam_cast.parallel.workers import Workers
-from wam_cast.planning.plan import METHODS, plan_cast
+from wam_cast.planning.plan import METHODS
+from wam_cast.planning.prediction import OUTPUTS
 from wam_cast.planning.reach import Reach
 from wam_cast.scenario import Noise, Scenario
 from wam_cast.types import Array
@@ -46,7 +46,7 @@ def main() -> None:
     arguments.add_argument("--casts", type=int, default=1000)
     arguments.add_argument("--cups", type=int, default=100)
     arguments.add_argument("--seed", type=int, default=1)
-    arguments.add_argument("--workers", type=int, help="by default one for each processor")
+    arguments.add_argument("--workers", type=int, help="default: one for each processor")
     arguments.add_argument("--picture", type=Path, metavar="FILE", help="write the reliability diagram there")
     options = arguments.parse_args()
     model, console = reference_model(), Console()
@@ -115,22 +115,22 @@ def _print_groups(console: Console, residuals: Array, std: Array) -> None:
 def _print_clear_entries(
     console: Console, model: ForwardModel, n_cups: int, seed: int, workers: Workers
 ) -> None:
-    """Print how often plans enter the cup clear with the noise of a typical arm, and how often they are predicted to."""
+    """Print how often balls enter the cup rim-clear with the noise of a typical arm, and how often they are predicted to."""
     scenario = Scenario(noise=Noise.typical())
     bound, cups = model.bound_to(scenario), draw_cups(Reach.of(model), n_cups, seed)
     table = Table(
-        "planner", "predicted", "executed", "95 % interval", title=f"clear entries, {n_cups} cups, noise on"
+        "planner",
+        "predicted",
+        "executed",
+        "95 % interval",
+        title=f"rim-clear entries, {n_cups} cups, noise on",
     )
-    for method in METHODS:
-        plans = [plan_cast(bound, cup, method) for cup in cups]
-        trials = [
-            Trial(plan.cast, plan.cup, derived_seed(seed, Purpose.NOISE, i)) for i, plan in enumerate(plans)
-        ]
-        outcomes = execute(scenario, trials, workers)
-        n_clear = sum(entered_clear(scenario, *pair) for pair in zip(trials, outcomes, strict=True))
-        low, high = wilson_interval(n_clear, n_cups)
-        predicted = np.mean([plan.clear_entry_probability for plan in plans])
-        table.add_row(method, f"{predicted:.1%}", f"{n_clear / n_cups:.1%}", f"{low:.0%} to {high:.0%}")
+    throwers = [Thrower(method, method, bound, cups) for method in METHODS]
+    trials = plan_and_execute(scenario, throwers, seed=seed, executor=workers)
+    for method, group in trials.groupby("label", sort=False):
+        low, high = wilson_interval(int(group["entered_clear"].sum()), n_cups)
+        predicted, executed = group["clear_entry_probability"].mean(), group["entered_clear"].mean()
+        table.add_row(str(method), f"{predicted:.1%}", f"{executed:.1%}", f"{low:.0%} to {high:.0%}")
     console.print(table)
 
 

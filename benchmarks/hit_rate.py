@@ -14,6 +14,7 @@ import argparse
 from collections.abc import Callable, Iterator, Sequence
 from typing import cast
 
+import pandas as pd
 from planners.black_box import Search, search_cast
 from planners.contenders import predicted_miss
 from rich.console import Console
@@ -21,16 +22,17 @@ from rich.progress import Progress
 from rich.table import Table
 
 from wam_cast.cast import Cast
-from wam_cast.casting_plane import to_polar
-from wam_cast.experiments.trials import Hits, Trial, draw_cups, execute, summarize
-from wam_cast.learning.forward_model import ForwardModel, reference_model
+from wam_cast.casting_plane import from_polar
+from wam_cast.experiments.statistics import describe
+from wam_cast.experiments.trials import Polar, Trial, draw_cups, execute, failures, hits
+from wam_cast.learning.forward_model import ForwardModel
+from wam_cast.learning.reference import reference_model
 from wam_cast.parallel.seeds import Purpose, derived_seed
 from wam_cast.parallel.workers import Workers
 from wam_cast.planning.plan import METHODS, Method, plan_cast
 from wam_cast.planning.reach import Reach
 from wam_cast.scenario import Cup, Noise, Scenario
 from wam_cast.storage.dataset_directory import current_versions
-from wam_cast.types import Position
 
 KINDS = {"nearly inelastic": 0.25, "lively": 0.6}
 RADII = [radius / 1000 for radius in range(30, 20, -1)]
@@ -39,7 +41,7 @@ LEAST_RATE = 0.98
 BUDGET = 600
 """Evaluations of the model that a search has for each cup: about what the program uses."""
 
-Throw = Callable[[ForwardModel, str, str], Hits]
+Throw = Callable[[ForwardModel, str, str], pd.DataFrame]
 
 
 def main() -> None:
@@ -55,21 +57,21 @@ def main() -> None:
         "--planner",
         action="append",
         choices=(*METHODS, "grid", "cma-es"),
-        help="repeatable; both planners without it",
+        help="repeatable; default: both planners",
     )
-    arguments.add_argument("--workers", type=int, help="by default one for each processor")
+    arguments.add_argument("--workers", type=int, help="default: one for each processor")
     options = arguments.parse_args()
     model = reference_model()
     noise = Noise.typical() if options.noise else Noise()
     cups = draw_cups(Reach.of(model), options.cups, options.seed, options.region)
     with Workers(options.workers) as workers, Progress(console=Console(stderr=True), transient=True) as bar:
 
-        def throw(bound: ForwardModel, method: str, name: str) -> Hits:
+        def throw(bound: ForwardModel, method: str, name: str) -> pd.DataFrame:
             trials = _plan(bound, cups, method, options.seed)
             task = bar.add_task(name, total=len(trials))
-            outcomes = execute(bound.scenario, trials, workers, lambda n: bar.update(task, completed=n))
+            frame = execute(bound.scenario, trials, workers, report=lambda n: bar.update(task, completed=n))
             bar.remove_task(task)
-            return summarize(trials, outcomes)
+            return frame
 
         study = _smallest if options.smallest else _rates
         table = study(model, noise, options.planner or METHODS, throw)
@@ -82,7 +84,7 @@ def main() -> None:
     Console().print(table)
 
 
-def _plan(model: ForwardModel, cups: list[Position], method: str, seed: int) -> list[Trial]:
+def _plan(model: ForwardModel, cups: list[Polar], method: str, seed: int) -> list[Trial]:
     return [
         Trial(
             _cast(model, cup, method, derived_seed(seed, Purpose.SEARCH, i)),
@@ -93,10 +95,10 @@ def _plan(model: ForwardModel, cups: list[Position], method: str, seed: int) -> 
     ]
 
 
-def _cast(model: ForwardModel, cup: Position, method: str, seed: int) -> Cast:
+def _cast(model: ForwardModel, cup: Polar, method: str, seed: int) -> Cast:
     if method in METHODS:
-        return plan_cast(model, cup, cast("Method", method)).cast
-    radius, bearing = to_polar(cup)
+        return plan_cast(model, from_polar(*cup), cast("Method", method)).cast
+    radius, bearing = cup
     objective = predicted_miss(model, radius)
     found = search_cast(cast("Search", method), model.scenario, objective, BUDGET, seed=seed)
     return Cast.from_array(found.parameters, bearing)
@@ -113,14 +115,14 @@ def _rates(model: ForwardModel, noise: Noise, methods: Sequence[str], throw: Thr
         "not caught",
     )
     for method, kind, cup in _settings(methods):
-        hits = throw(model.bound_to(Scenario(cup=cup, noise=noise)), method, f"{method}, {kind}")
+        trials = throw(model.bound_to(Scenario(cup=cup, noise=noise)), method, f"{method}, {kind}")
         table.add_row(
             method,
             kind,
-            *_caught(hits),
-            _millimetres(hits, "executed_miss"),
-            _millimetres(hits, "lateral"),
-            _failures(hits),
+            *_caught(trials),
+            _millimetres(trials["miss"]),
+            _millimetres(trials["lateral"].abs()),
+            _failures(trials),
         )
     return table
 
@@ -130,13 +132,13 @@ def _smallest(model: ForwardModel, noise: Noise, methods: Sequence[str], throw: 
     for method, kind, cup in _settings(methods):
         for radius in RADII:
             smaller = cup.model_copy(update={"inner_radius": radius})
-            hits = throw(
+            trials = throw(
                 model.bound_to(Scenario(cup=smaller, noise=noise)),
                 method,
                 f"{method}, {kind}, {1e3 * radius:g} mm",
             )
-            table.add_row(method, kind, f"{1e3 * radius:g}", *_caught(hits), _failures(hits))
-            if hits.n_caught < LEAST_RATE * hits.n_cups:
+            table.add_row(method, kind, f"{1e3 * radius:g}", *_caught(trials), _failures(trials))
+            if trials["is_caught"].sum() < LEAST_RATE * len(trials):
                 break
     return table
 
@@ -147,19 +149,20 @@ def _settings(methods: Sequence[str]) -> Iterator[tuple[str, str, Cup]]:
             yield method, kind, Cup(restitution=restitution)
 
 
-def _caught(hits: Hits) -> tuple[str, str]:
-    low, high = hits.interval
-    return f"{hits.n_caught} of {hits.n_cups}", f"{low:.1%} to {high:.1%}"
+def _caught(trials: pd.DataFrame) -> tuple[str, str]:
+    found = hits(trials)
+    low, high = found["hit_interval"]
+    return f"{found['n_caught']} of {found['n_cups']}", f"{low:.1%} to {high:.1%}"
 
 
-def _millimetres(hits: Hits, name: str) -> str:
-    statistics = getattr(hits, name)
-    values = (statistics.median, statistics.p95, statistics.max)
+def _millimetres(misses: pd.Series) -> str:
+    found = describe(misses.to_numpy())
+    values = (found["median"], found["p95"], found["max"])
     return ", ".join("-" if value is None else f"{1e3 * value:.1f}" for value in values)
 
 
-def _failures(hits: Hits) -> str:
-    return ", ".join(f"{count} {status}" for status, count in hits.failures.items()) or "-"
+def _failures(trials: pd.DataFrame) -> str:
+    return ", ".join(f"{count} {status}" for status, count in failures(trials).items()) or "-"
 
 
 if __name__ == "__main__":

@@ -18,8 +18,10 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from wam_cast.learning.forward_model import ForwardModel, reference_model
-from wam_cast.planning.plan import SOLVERS, Method, Solver, plan_cast
+from wam_cast.learning.forward_model import ForwardModel
+from wam_cast.learning.reference import reference_model
+from wam_cast.planning.plan import Method, plan_cast
+from wam_cast.planning.solution import SOLVERS, Solver
 from wam_cast.scenario import Noise, Scenario
 
 N_REPEATS = 3

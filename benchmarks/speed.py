@@ -68,7 +68,7 @@ def controller_seconds(scenario: Scenario, casts: list[Cast]) -> float:
 
 
 def plant_seconds(scenario: Scenario, step: float, flight_time: float) -> float:
-    """Return the time that a flight's integration takes [s]: the difference that halving its step makes."""
+    """Return the time that integrating the contact-free phase takes [s]: the difference that halving its step makes."""
     cast = Cast(0.3, 0.6, 0.1)
     station = CastStation(scenario, has_scene=False)
     seconds = []

@@ -2,6 +2,7 @@
 
 import math
 import shutil
+import sys
 from concurrent.futures import Executor, Future
 from types import SimpleNamespace
 
@@ -15,6 +16,35 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
 SOFTWARE_GRAPHICS = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 """WebGL without a graphics card."""
+
+WORK = """
+import os
+import time
+
+def process(row):
+    return os.getpid()
+
+def process_or_death(row):
+    if row < 0:
+        os._exit(7)
+    return os.getpid()
+
+def sleep(row):
+    time.sleep(row)
+
+def square(row):
+    if row in (3, 11):
+        os._exit(7)
+    if row == 100:
+        raise ZeroDivisionError("row 100")
+    return row * row
+
+def row_or_death(scenario, seed, row):
+    if row == 1:
+        os._exit(7)
+    return {"cast": row, "status": "landed"}
+"""
+"""What worker processes are given to do."""
 
 
 class InlineExecutor(Executor):
@@ -31,6 +61,17 @@ def inline_executor():
     return InlineExecutor()
 
 
+@pytest.fixture
+def helper(tmp_path, monkeypatch):
+    """A module that worker processes can import."""
+    (tmp_path / "worker_test_helper.py").write_text(WORK)
+    monkeypatch.syspath_prepend(tmp_path)
+    import worker_test_helper
+
+    yield worker_test_helper
+    del sys.modules["worker_test_helper"]
+
+
 @pytest.fixture(scope="session")
 def lively_cup():
     """Return the part of a scenario that makes a ball bounce in its cup; the reference cup hardly lets it."""
@@ -45,7 +86,7 @@ def floor_without_physics(monkeypatch):
     cup is nearer than 0.9 m. Returns what was planned and what was cast.
     """
     # Most tests need none of what these import.
-    from wam_cast.experiments import floor_map
+    from wam_cast.experiments import floor_map, trials
     from wam_cast.planning.landing_distribution import Spread
     from wam_cast.planning.plan import Plan
     from wam_cast.simulation.outcome import Status
@@ -83,14 +124,27 @@ def floor_without_physics(monkeypatch):
         status = Status.CAUGHT if radius < 0.9 else Status.LONG
         if one.bearing < bearing_limits()[0] + 0.05:
             landing, status = np.full(2, np.nan), Status.NEVER_CROSSED
-        return SimpleNamespace(status=status, landing=landing, miss=float(np.linalg.norm(landing - cup)))
+        return SimpleNamespace(
+            status=status,
+            is_caught=status is Status.CAUGHT,
+            landing=landing,
+            landing_along=radius + 0.003 + noise,
+            landing_across=0.002,
+            miss=float(np.linalg.norm(landing - cup)),
+            entry_angle=0.1,
+            is_slack=True,
+            slack=0.02,
+            peak_load=np.full(7, 0.5),
+            peak_speed=np.full(7, 0.5),
+            limits_hit=(),
+        )
 
     def inline(function, rows, *_):
         yield from map(function, rows)
 
     monkeypatch.setattr(floor_map, "plan_cast", plan)
-    monkeypatch.setattr(floor_map, "simulate_cast", simulate)
-    monkeypatch.setattr(floor_map, "run_rows", inline)
+    monkeypatch.setattr(trials, "simulate_cast", simulate)
+    monkeypatch.setattr(trials, "run_rows", inline)
     return SimpleNamespace(planned=planned, cast=cast)
 
 

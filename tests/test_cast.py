@@ -78,7 +78,7 @@ def test_allowed_casts_keep_the_bounds_and_the_shortest_move():
     assert is_allowed(Scenario(), parameters[0])
 
 
-@pytest.mark.parametrize("shortest", [0.2, 0.5, 0.4 / 0.21 - 1e-6])
+@pytest.mark.parametrize("shortest", [0.2, 0.5, 0.62, 0.4 / 0.21 - 1e-6])
 def test_the_nearest_allowed_cast_is_allowed_and_an_allowed_one_is_its_own(shortest):
     scenario = Scenario.from_dict({"motion": {"min_move_duration": shortest}})
     rng = np.random.default_rng(0)

@@ -17,11 +17,12 @@ if TYPE_CHECKING:
     from wam_cast.learning.dataset import CastDataset as CastDataset
     from wam_cast.learning.dataset import generate_dataset as generate_dataset
     from wam_cast.learning.forward_model import ForwardModel as ForwardModel
-    from wam_cast.learning.forward_model import reference_dataset as reference_dataset
-    from wam_cast.learning.forward_model import reference_model as reference_model
     from wam_cast.learning.kernel_ridge import KernelRidge as KernelRidge
+    from wam_cast.learning.reference import reference_dataset as reference_dataset
+    from wam_cast.learning.reference import reference_model as reference_model
     from wam_cast.planning.plan import Plan as Plan
     from wam_cast.planning.plan import plan_cast as plan_cast
+    from wam_cast.planning.solution import Solution as Solution
     from wam_cast.robot.controller import CastController as CastController
     from wam_cast.robot.station import CastStation as CastStation
     from wam_cast.scenario import Noise as Noise
@@ -30,9 +31,9 @@ if TYPE_CHECKING:
     from wam_cast.simulation.outcome import Status as Status
     from wam_cast.simulation.recording import CastRecording as CastRecording
     from wam_cast.simulation.recording import Throw as Throw
-    from wam_cast.simulation.simulate import simulate_cast as simulate_cast
-    from wam_cast.simulation.simulate import simulate_casts as simulate_casts
     from wam_cast.simulation.simulator import CastSimulator as CastSimulator
+    from wam_cast.simulation.simulator import simulate_cast as simulate_cast
+    from wam_cast.simulation.simulator import simulate_casts as simulate_casts
 
 _HOME = {
     "Cast": "cast",
@@ -48,15 +49,16 @@ _HOME = {
     "Outcome": "simulation.outcome",
     "Plan": "planning.plan",
     "Scenario": "scenario",
+    "Solution": "planning.solution",
     "Status": "simulation.outcome",
     "Throw": "simulation.recording",
     "generate_dataset": "learning.dataset",
     "plan_cast": "planning.plan",
-    "reference_dataset": "learning.forward_model",
-    "reference_model": "learning.forward_model",
+    "reference_dataset": "learning.reference",
+    "reference_model": "learning.reference",
     "reproduce": "experiments.paper.reproduce",
-    "simulate_cast": "simulation.simulate",
-    "simulate_casts": "simulation.simulate",
+    "simulate_cast": "simulation.simulator",
+    "simulate_casts": "simulation.simulator",
 }
 
 __all__ = [*sorted(_HOME), "__version__"]

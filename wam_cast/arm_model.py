@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -33,6 +34,14 @@ def bearing_limits() -> tuple[float, float]:
     limit = ET.parse(arm_model_path()).getroot().find("joint[@type='revolute']/limit")
     assert limit is not None
     return -float(limit.attrib["upper"]), -float(limit.attrib["lower"])
+
+
+@cache
+def shoulder_depth() -> float:
+    """Return how far below the mounting face the axes of joints 1 to 3 meet [m]."""
+    origin = ET.parse(arm_model_path()).getroot().find("joint[@type='revolute']/origin")
+    assert origin is not None
+    return float(origin.attrib["xyz"].split()[2])
 
 
 def physical_urdf() -> str:

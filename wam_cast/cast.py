@@ -93,7 +93,8 @@ def nearest_allowed(scenario: Scenario, parameters: Array) -> Array:
     distance, speed, wait = np.clip(parameters, lower, upper)
     shortest = scenario.motion.min_move_duration
     speed = max(min(speed, distance / shortest), lower[1])
-    return np.array([max(distance, speed * shortest), speed, wait])
+    # Rounding may take the product beyond the bound.
+    return np.array([min(max(distance, speed * shortest), upper[0]), speed, wait])
 
 
 def checked_cup(cup: tuple[float, float]) -> tuple[float, float]:

@@ -16,13 +16,13 @@ class InputError(ValueError):
 
 
 def checked_whole_number(name: str, value: int, least: int) -> int:
-    """Return `value` as an int; raises `InputError` if it is no whole number from `least` on."""
+    """Return `value` as an int; raises `InputError` if it is no integer from `least` on."""
     try:
         number = operator.index(value)
     except TypeError:
         number = least - 1
     if number < least:
-        raise InputError(f"{name} = {value!r} must be a whole number, {least} or more")
+        raise InputError(f"{name} = {value!r} must be an integer, {least} or more")
     return number
 
 

@@ -18,23 +18,11 @@ from pydantic_core import PydanticCustomError
 
 from wam_cast.arm_model import physical_urdf
 from wam_cast.errors import InputError, describe_validation
+from wam_cast.yaml_file import read_yaml
 
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
 Seven = tuple[NonNegative, NonNegative, NonNegative, NonNegative, NonNegative, NonNegative, NonNegative]
-
-
-class _UniqueKeyLoader(yaml.SafeLoader):
-    """Reads YAML as `yaml.safe_load` does, but refuses a key that stands twice, where that one keeps the last."""
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        keys = [key.value for key, _ in node.value]
-        for key in keys:
-            if keys.count(key) > 1:
-                raise yaml.YAMLError(
-                    f"the key {key!r} stands twice, the first time in line {node.start_mark.line + 1} or below"
-                )
-        return super().construct_mapping(node, deep)
 
 
 class _Part(BaseModel):
@@ -197,7 +185,7 @@ class Noise(_Part):
         Standard deviations of the executed from the commanded cast [m], [m/s], [s]. A distance or a speed falls at the lowest
         to a tenth of its command, a wait to zero.
     torque
-        Standard deviation of each joint's torque as a share of its motor's limit, anew in each control period. The sum stays
+        Standard deviation of each joint's torque as a fraction of its motor's limit, anew in each control period. The sum stays
         within what the motors give.
     encoder_counts
         Of each motor in a revolution; 0 measures exactly. The controller sees joint angles in whole counts, and speeds in whole
@@ -231,9 +219,10 @@ class Simulation(_Part):
     Attributes
     ----------
     max_step
-        Longest integration step in free flight [s]; the solver takes shorter ones where damping asks for it.
+        Longest integration step in the contact-free phase [s]; the solver takes shorter ones where damping asks for it.
     contact_accuracy
-        Relative error that the integrator allows itself in a step while the ball can touch the cup or the floor.
+        Relative error that the integrator allows itself in a step of the contact phase, in which the ball can touch the cup or the
+        floor.
     """
 
     max_step: Positive = 0.002
@@ -327,16 +316,7 @@ class Scenario(_Part):
     def from_yaml(cls, path: str | Path) -> Self:
         """Read a scenario file; keys that it leaves out keep their default. Raises `InputError`."""
         try:
-            values = yaml.load(Path(path).read_text(encoding="utf-8"), _UniqueKeyLoader)
-        except OSError as error:
-            raise InputError(f"scenario {path}: {error.strerror}; name a readable YAML file") from None
-        except (yaml.YAMLError, UnicodeDecodeError) as error:
-            what, *_ = str(error).splitlines()
-            if isinstance(error, yaml.MarkedYAMLError) and error.problem_mark is not None:
-                mark = error.problem_mark
-                what = f"line {mark.line + 1}, column {mark.column + 1}: {error.problem}"
-            raise InputError(f"scenario {path}: not a YAML file ({what})") from None
-        try:
+            values = read_yaml(path)
             return cls.from_dict({} if values is None else values)
         except InputError as error:
             raise InputError(f"scenario {path}: {error}") from None

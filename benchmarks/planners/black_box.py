@@ -86,7 +86,7 @@ def search_cast(
     Raises
     ------
     InputError
-        If there is no such method, its package is not installed, or budget or seed are no whole numbers from 1 and from 0 on.
+        If there is no such method, its package is not installed, or budget or seed are no integers from 1 and from 0 on.
     """
     searches: dict[str, Callable[[_Evaluations, int], None]]
     searches = {"grid": _search_grid, "cma-es": _search_cma_es, "bayesian": _search_bayesian}

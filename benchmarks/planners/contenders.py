@@ -15,7 +15,7 @@ from wam_cast.cast import Cast
 from wam_cast.planning.plan import Method, plan_cast
 from wam_cast.planning.prediction import ACROSS, ALONG, Predictor
 from wam_cast.scenario import Scenario
-from wam_cast.simulation.simulate import simulate_cast
+from wam_cast.simulation.simulator import simulate_cast
 from wam_cast.types import Array
 
 Source = Literal["model", "simulator"]

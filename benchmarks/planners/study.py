@@ -2,32 +2,68 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from contextlib import closing
+from dataclasses import dataclass
 from functools import partial
 
-from planners.contenders import PLANNERS, Contender, searchers
-from planners.results import Attempt, HitRate, PlannerComparison, Score
+import pandas as pd
+
+from planners.contenders import PLANNERS, Choice, Contender, searchers
+from wam_cast.cast import PARAMETERS
 from wam_cast.errors import InputError, checked_whole_number
-from wam_cast.experiments.paper.results import maybe_float, to_array
-from wam_cast.experiments.paper.settings import OnProgress
-from wam_cast.experiments.statistics import describe, wilson_interval
-from wam_cast.experiments.trials import draw_cups
+from wam_cast.experiments.frames import Record
+from wam_cast.experiments.trials import LOST, Polar, Trial, draw_cups, trial_row
 from wam_cast.parallel.seeds import Purpose, derived_seed
 from wam_cast.parallel.threads import one_thread
 from wam_cast.parallel.workers import Workers, run_rows
 from wam_cast.planning.prediction import Predictor
 from wam_cast.planning.reach import Reach
 from wam_cast.scenario import Scenario
-from wam_cast.simulation.outcome import Status
-from wam_cast.simulation.simulate import simulate_cast
+from wam_cast.simulation.outcome import Outcome
+from wam_cast.simulation.simulator import simulate_cast
+
+OnProgress = Callable[[int, int], object]
+"""Takes how much is done, and how much there is."""
 
 CUP_KINDS = {"nearly inelastic": 0.25, "lively": 0.6}
 """Kinds of cups that casts are executed with, and their restitution."""
 
 N_CASTS = 30
 """Simulated casts for each cup that a search on the simulator has by default."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlannerComparison:
+    """All contenders over the same cups.
+
+    Attributes
+    ----------
+    trials
+        A row a contender, cup and kind of cup: as of `wam_cast.experiments.trials`, `label` being the contender's name, and its
+        `source`, the model or the simulator; the `cup_kind`; `n_evaluations`, how often the source was asked; `seconds`, processor
+        time of the choice. If the process was lost, the cast and all of these numbers are nan.
+    seed
+        Draws the cups, and is that of the searches.
+    reach
+        Between what the cups lie [m].
+    budget
+        Evaluations of the model that each search had.
+    is_budget_given
+        Whether it was, else it is the median of what the program used on these cups.
+    n_casts
+        Simulated casts that each search on the simulator had.
+    """
+
+    trials: pd.DataFrame
+    seed: int
+    n_cups: int
+    reach: tuple[float, float]
+    budget: int
+    is_budget_given: bool
+    n_casts: int
 
 
 def compare_planners(
@@ -64,32 +100,33 @@ def compare_planners(
     Raises
     ------
     InputError
-        If a number is no whole number or too small, a package of a search is missing, or no cup is left to take the budget from.
+        If a number is no integer or too small, a package of a search is missing, or no cup is left to take the budget from.
     """
     n_cups = checked_whole_number("n_cups", n_cups, 1)
     if budget is not None:
         budget = checked_whole_number("budget", budget, 1)
     n_casts = checked_whole_number("n_casts", n_casts, 1)
     seed = checked_whole_number("seed", seed, 0)
-    cups = [cup[0] for cup in draw_cups(Reach.of(model), n_cups, seed)]
+    cups = draw_cups(Reach.of(model), n_cups, seed)
     run = partial(_run, model, cups, seed, executor=executor, report=report)
-    scores = run(PLANNERS, n_done=0)
-    chosen = _median_of_program(scores) if budget is None else budget
-    scores += run(searchers(chosen, n_casts), n_done=n_cups * len(PLANNERS))
+    rows = run(PLANNERS, n_done=0)
+    chosen = _median_of_program(rows) if budget is None else budget
+    rows += run(searchers(chosen, n_casts), n_done=n_cups * len(PLANNERS))
     return PlannerComparison(
+        trials=pd.DataFrame(rows),
         seed=seed,
         n_cups=n_cups,
         reach=model.reach,
         budget=chosen,
         is_budget_given=budget is not None,
         n_casts=n_casts,
-        scores=tuple(scores),
     )
 
 
-def _median_of_program(scores: list[Score]) -> int:
-    (used,) = (score.n_evaluations for score in scores if score.method == "program")
-    if used is None:
+def _median_of_program(rows: list[Record]) -> int:
+    trials = pd.DataFrame(rows)
+    used = trials.loc[trials["label"] == "program", "n_evaluations"].median()
+    if math.isnan(used):
         raise InputError(
             "budget: the program lost its process for every cup, so that it says nothing; state a budget"
         )
@@ -98,51 +135,42 @@ def _median_of_program(scores: list[Score]) -> int:
 
 def _run(
     model: Predictor,
-    cups: list[float],
+    cups: Sequence[Polar],
     seed: int,
     contenders: Sequence[Contender],
     *,
     n_done: int,
     executor: Executor | Workers,
     report: OnProgress,
-) -> list[Score]:
-    """Return the scores of some of the contenders; `n_done` rows were done before."""
-    n_rows = len(cups) * (len(PLANNERS) + len(searchers(1, 1)))
+) -> list[Record]:
+    """Return the trials of some of the contenders; `n_done` choices were made before."""
+    n_jobs = len(cups) * (len(PLANNERS) + len(searchers(1, 1)))
     jobs = [(contender, i) for contender in contenders for i in range(len(cups))]
-    report(n_done, n_rows)
-    attempts: list[Attempt] = []
+    report(n_done, n_jobs)
+    rows: list[Record] = []
     with closing(run_rows(partial(_attempt, model, cups, seed, jobs), range(len(jobs)), executor)) as found:
-        for (_, i), attempt in zip(jobs, found, strict=True):
-            attempts.append(Attempt(cup=cups[i]) if attempt is None else attempt)
-            report(n_done + len(attempts), n_rows)
-    n = len(cups)
-    return [_score(contender, attempts[i * n : (i + 1) * n]) for i, contender in enumerate(contenders)]
+        for done, ((contender, i), attempt) in enumerate(zip(jobs, found, strict=True), n_done + 1):
+            rows += _rows(model.scenario, contender, cups[i], attempt)
+            report(done, n_jobs)
+    return rows
 
 
 def _attempt(
-    model: Predictor, cups: list[float], seed: int, jobs: list[tuple[Contender, int]], row: int
-) -> Attempt:
+    model: Predictor, cups: Sequence[Polar], seed: int, jobs: list[tuple[Contender, int]], row: int
+) -> tuple[Choice, list[Outcome]]:
     """Let a contender choose a cast for a cup, on one thread, and execute it with every kind of cup."""
     contender, i = jobs[row]
+    radius, _ = cups[i]
     with one_thread():
-        choice = contender.choose(model, cups[i], derived_seed(seed, Purpose.SEARCH, i))
+        choice = contender.choose(model, radius, derived_seed(seed, Purpose.SEARCH, i))
+    noise_seed = derived_seed(seed, Purpose.NOISE, i)
     outcomes = [
         simulate_cast(
-            _with_restitution(model.scenario, restitution),
-            choice.cast,
-            (cups[i], 0.0),
-            noise_seed=derived_seed(seed, Purpose.NOISE, i),
+            _with_restitution(model.scenario, restitution), choice.cast, (radius, 0.0), noise_seed=noise_seed
         )
         for restitution in CUP_KINDS.values()
     ]
-    return Attempt(
-        cup=cups[i],
-        cast=(choice.cast.distance, choice.cast.speed, choice.cast.wait),
-        executed_miss=maybe_float(outcomes[0].miss),
-        n_evaluations=choice.n_evaluations,
-        seconds=choice.seconds,
-        statuses=tuple(outcome.status.value for outcome in outcomes),
-    )
+    return choice, outcomes
 
 
 def _with_restitution(scenario: Scenario, restitution: float) -> Scenario:
@@ -150,25 +178,18 @@ def _with_restitution(scenario: Scenario, restitution: float) -> Scenario:
     return scenario.model_copy(update={"cup": cup})
 
 
-def _score(contender: Contender, attempts: list[Attempt]) -> Score:
-    return Score(
-        method=contender.method,
-        source=contender.source,
-        n_cups=len(attempts),
-        hits=tuple(_hit_rate(kind, i, attempts) for i, kind in enumerate(CUP_KINDS)),
-        executed_miss=describe(to_array(attempt.executed_miss for attempt in attempts)),
-        n_evaluations=_median([attempt.n_evaluations for attempt in attempts]),
-        seconds=_median([attempt.seconds for attempt in attempts]),
-        attempts=tuple(attempts),
-    )
-
-
-def _hit_rate(kind: str, index: int, attempts: list[Attempt]) -> HitRate:
-    caught = [attempt for attempt in attempts if attempt.statuses[index : index + 1] == (Status.CAUGHT,)]
-    n, n_cups = len(caught), len(attempts)
-    return HitRate(cup_kind=kind, n_caught=n, rate=n / n_cups, interval=wilson_interval(n, n_cups))
-
-
-def _median(values: Sequence[float | None]) -> float | None:
-    """Return the median of the values that exist, None if there are none."""
-    return describe(to_array(values)).median
+def _rows(
+    scenario: Scenario, contender: Contender, cup: Polar, attempt: tuple[Choice, list[Outcome]] | None
+) -> list[Record]:
+    """Return a row for each kind of cup."""
+    about = {"label": contender.method, "source": contender.source}
+    if attempt is None:
+        lost = {"radius": cup[0], "status": LOST, "is_caught": False}
+        missing = dict.fromkeys((*PARAMETERS, "miss", "n_evaluations", "seconds"), math.nan)
+        return [about | lost | missing | {"cup_kind": kind} for kind in CUP_KINDS]
+    choice, outcomes = attempt
+    about |= {"n_evaluations": choice.n_evaluations, "seconds": choice.seconds}
+    return [
+        trial_row(scenario, Trial(choice.cast, cup), outcome) | about | {"cup_kind": kind}
+        for kind, outcome in zip(CUP_KINDS, outcomes, strict=True)
+    ]

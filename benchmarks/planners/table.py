@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from importlib.metadata import version
 
-from planners.results import HitRate, PlannerComparison, Score
-from wam_cast.experiments.paper.results import Statistics
+import pandas as pd
+
+from planners.study import CUP_KINDS, PlannerComparison
+from wam_cast.experiments.statistics import Statistics, describe
+from wam_cast.experiments.trials import hits
 from wam_cast.storage.dataset_directory import current_versions
 
 HEADINGS = (
@@ -21,7 +24,8 @@ HEADINGS = (
 
 def table_rows(comparison: PlannerComparison) -> list[tuple[str, ...]]:
     """Return the cells under `HEADINGS`, a row a contender."""
-    return [_row(score) for score in comparison.scores]
+    contenders = comparison.trials.groupby(["label", "source"], sort=False)
+    return [_row(method, source, trials) for (method, source), trials in contenders]
 
 
 def caption(comparison: PlannerComparison) -> str:
@@ -47,25 +51,30 @@ def to_markdown(comparison: PlannerComparison) -> str:
     return f"{table}\n\n{caption(comparison)}\n"
 
 
-def _row(score: Score) -> tuple[str, ...]:
-    unit = " casts" if score.source == "simulator" else ""
+def _row(method: str, source: str, trials: pd.DataFrame) -> tuple[str, ...]:
+    unit = " casts" if source == "simulator" else ""
+    # The choice and where the ball lands do not depend on the kind of cup.
+    by_kind = {kind: trials[trials["cup_kind"] == kind] for kind in CUP_KINDS}
+    first = next(iter(by_kind.values()))
+    n_evaluations, seconds = first["n_evaluations"].median(), first["seconds"].median()
     return (
-        score.method,
-        score.source,
-        *(_hits(hits, score.n_cups) for hits in score.hits),
-        _misses(score.executed_miss, score.n_cups),
-        "-" if score.n_evaluations is None else f"{score.n_evaluations:g}{unit}",
-        "-" if score.seconds is None else f"{score.seconds:.2g}",
+        method,
+        source,
+        *(_hits(group) for group in by_kind.values()),
+        _misses(describe(first["miss"].to_numpy()), len(first)),
+        "-" if pd.isna(n_evaluations) else f"{n_evaluations:g}{unit}",
+        "-" if pd.isna(seconds) else f"{seconds:.2g}",
     )
 
 
-def _hits(hits: HitRate, n_cups: int) -> str:
-    low, high = hits.interval
-    return f"{hits.n_caught} of {n_cups}, {low:.0%} to {high:.0%}"
+def _hits(trials: pd.DataFrame) -> str:
+    found = hits(trials)
+    low, high = found["hit_interval"]
+    return f"{found['n_caught']} of {found['n_cups']}, {low:.0%} to {high:.0%}"
 
 
 def _misses(misses: Statistics, n_cups: int) -> str:
     """Return the numbers, and over how many cups they are if some have none."""
-    numbers = [value for value in (misses.median, misses.p95, misses.max) if value is not None]
-    of = "" if misses.n == n_cups else f" ({misses.n} of {n_cups})"
+    numbers = [value for value in (misses["median"], misses["p95"], misses["max"]) if value is not None]
+    of = "" if misses["n"] == n_cups else f" ({misses['n']} of {n_cups})"
     return (", ".join(f"{1e3 * value:.1f}" for value in numbers) or "-") + of

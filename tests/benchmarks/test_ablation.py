@@ -4,11 +4,12 @@ import math
 from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
 from planners import ablation as module
-from planners.ablation import VARIANTS, ablate
+from planners.ablation import VARIANTS, ablate, summarize
 
-from wam_cast.experiments.trials import draw_cups
+from wam_cast.experiments.trials import draw_cups, trial_row
 from wam_cast.planning.program import TERMS
 from wam_cast.planning.reach import Reach
 from wam_cast.scenario import Scenario
@@ -28,10 +29,11 @@ def told(monkeypatch):
         plans.append((radius, without))
         return SimpleNamespace(parameters=np.array([0.3, 0.6, 0.1 + 0.01 * len(without)]))
 
-    def run(scenario, all_trials, executor, report):
+    def run(scenario, all_trials, executor, *, report):
         trials.extend(all_trials)
         report(len(all_trials))
-        return [outcome(one, i) for i, one in enumerate(all_trials)]
+        rows = [trial_row(scenario, one, outcome(one, i)) for i, one in enumerate(all_trials)]
+        return pd.DataFrame(rows)
 
     monkeypatch.setattr(module, "plan_by_program", plan)
     monkeypatch.setattr(module, "execute", run)
@@ -45,6 +47,8 @@ def outcome(trial, i):
     without = round((trial.cast.wait - 0.1) / 0.01)
     return SimpleNamespace(
         landing=np.array([trial.cup[0] + 0.005 * without, 0.0]),
+        landing_along=trial.cup[0] + 0.005 * without,
+        landing_across=0.0,
         miss=0.005 * without,
         entry_angle=0.1,
         is_caught=without < 2,
@@ -59,23 +63,25 @@ def outcome(trial, i):
 
 def test_each_term_is_left_out_once_over_the_same_cups_and_noise(told):
     plans, trials = told
-    rows = ablate(Model(), 4, seed=2, executor=None, report=lambda *_: None)
-    assert [row.without for row in rows] == [(), *((term,) for term in TERMS), TERMS]
+    found = ablate(Model(), 4, seed=2, executor=None, report=lambda *_: None)
+    assert found["label"].unique().tolist() == ["nothing", *TERMS, "all of them"]
+    assert list(VARIANTS.values()) == [(), *((term,) for term in TERMS), TERMS]
     cups = draw_cups(Reach.of(Model()), 4, 2)
-    assert plans == [(cup[0], without) for without in VARIANTS for cup in cups]
+    assert plans == [(cup[0], without) for without in VARIANTS.values() for cup in cups]
     seeds = [trial.noise_seed for trial in trials]
     assert seeds == seeds[:4] * len(VARIANTS)
     assert len(set(seeds[:4])) == 4
 
 
 def test_rows_say_what_became_of_the_plans(told):
-    first, *_, last = ablate(Model(), 4, seed=2, executor=None, report=lambda *_: None)
-    assert (first.hits.n_cups, first.hits.n_caught, first.n_clear) == (4, 3, 3)
-    assert (first.n_limit_hits, first.n_taut, first.hits.executed_miss.max) == (0, 0, 0.0)
-    assert (first.least_slack, first.largest_share) == pytest.approx((0.02, 0.5))
-    assert (last.hits.n_caught, last.n_clear, last.n_limit_hits, last.n_taut) == (0, 0, 3, 3)
-    assert last.hits.executed_miss.median == pytest.approx(0.005 * len(TERMS))
-    assert last.largest_share == pytest.approx(0.5 + 0.1 * len(TERMS))
+    found = ablate(Model(), 4, seed=2, executor=None, report=lambda *_: None)
+    first, last = (summarize(found[found["label"] == label]) for label in ("nothing", "all of them"))
+    assert (first["n_cups"], first["n_caught"], first["n_clear"]) == (4, 3, 3)
+    assert (first["n_limit_hits"], first["n_taut"], first["executed_miss"]["max"]) == (0, 0, 0.0)
+    assert (first["least_slack"], first["largest_utilization"]) == pytest.approx((0.02, 0.5))
+    assert (last["n_caught"], last["n_clear"], last["n_limit_hits"], last["n_taut"]) == (0, 0, 3, 3)
+    assert last["executed_miss"]["median"] == pytest.approx(0.005 * len(TERMS))
+    assert last["largest_utilization"] == pytest.approx(0.5 + 0.1 * len(TERMS))
 
 
 def test_progress_goes_from_none_to_all(told):

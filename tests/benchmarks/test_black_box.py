@@ -244,7 +244,7 @@ def test_the_grid_needs_no_package(monkeypatch):
 def test_bad_input_is_refused():
     with pytest.raises(InputError, match="search 'random' is not known: choose grid, cma-es, bayesian"):
         search("random", 3, distance_from(LOWER))
-    with pytest.raises(InputError, match="budget = 0 must be a whole number, 1 or more"):
+    with pytest.raises(InputError, match="budget = 0 must be an integer, 1 or more"):
         search("grid", 0, distance_from(LOWER))
-    with pytest.raises(InputError, match="seed = -1 must be a whole number, 0 or more"):
+    with pytest.raises(InputError, match="seed = -1 must be an integer, 0 or more"):
         search("grid", 3, distance_from(LOWER), seed=-1)

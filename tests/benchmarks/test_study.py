@@ -7,6 +7,7 @@ from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 import pytest
 from planners import contenders, study
 from planners.black_box import search_cast
@@ -17,13 +18,13 @@ import wam_cast as wc
 from wam_cast.cast import cast_bounds
 from wam_cast.errors import InputError
 from wam_cast.experiments.statistics import wilson_interval
-from wam_cast.experiments.trials import draw_cups
-from wam_cast.learning.forward_model import reference_model
+from wam_cast.experiments.trials import draw_cups, hits
+from wam_cast.learning.reference import reference_model
 from wam_cast.learning.sampling import sample_casts
 from wam_cast.planning.plan import plan_cast
 from wam_cast.planning.reach import Reach
 from wam_cast.simulation.outcome import Status
-from wam_cast.simulation.simulate import simulate_cast
+from wam_cast.simulation.simulator import simulate_cast
 
 NAMES = [
     ("gradient", "model"),
@@ -89,7 +90,11 @@ class FakeOutcome:
         self.landing = landing * np.array([math.cos(cast.bearing), math.sin(cast.bearing)])
         self.miss = math.nan if cup is None else math.dist(self.landing, cup)
         room = 0.005 if scenario.cup.restitution < 0.5 else 0.001
-        self.status = Status.CAUGHT if self.miss < room else Status.LONG
+        self.is_caught = self.miss < room
+        self.status = Status.CAUGHT if self.is_caught else Status.LONG
+        self.landing_along, self.landing_across = landing, 0.0
+        self.entry_angle, self.is_slack, self.slack, self.limits_hit = 0.1, True, 0.05, ()
+        self.peak_load = self.peak_speed = np.full(7, 0.5)
 
 
 class LastFirst(Executor):
@@ -150,29 +155,25 @@ def compare(n_cups=2, *, budget=9, n_casts=8, seed=0, executor=None, report=lamb
     )
 
 
-def without_seconds(comparison):
-    scores = [
-        score.model_copy(
-            update={
-                "seconds": None,
-                "attempts": [attempt.model_copy(update={"seconds": None}) for attempt in score.attempts],
-            }
-        )
-        for score in comparison.scores
-    ]
-    return comparison.model_copy(update={"scores": scores})
+def by_contender(comparison, kind="nearly inelastic"):
+    """Return the trials with one kind of cup by contender."""
+    trials = comparison.trials[comparison.trials["cup_kind"] == kind]
+    return dict(list(trials.groupby(["label", "source"], sort=False)))
 
 
 def test_everybody_meets_every_cup(casts):
-    found = compare()
-    assert [(score.method, score.source) for score in found.scores] == NAMES
-    assert len({tuple(attempt.cup for attempt in score.attempts) for score in found.scores}) == 1
-    assert found.scores[0].n_cups == 2
-    assert all(score.seconds > 0 for score in found.scores)
+    found = by_contender(compare())
+    assert list(found) == NAMES
+    assert len({tuple(trials["radius"]) for trials in found.values()}) == 1
+    assert len(found["gradient", "model"]) == 2
+    assert all((trials["seconds"] > 0).all() for trials in found.values())
 
 
 def test_results_depend_neither_on_the_order_nor_on_what_was_run_before(casts):
-    assert without_seconds(compare(executor=LastFirst())) == without_seconds(compare(executor=InOrder()))
+    one, other = (
+        compare(executor=executor).trials.drop(columns="seconds") for executor in (LastFirst(), InOrder())
+    )
+    pd.testing.assert_frame_equal(one, other, check_exact=True)
 
 
 def test_searches_draw_something_else_for_each_cup_and_seed(casts):
@@ -184,21 +185,19 @@ def test_searches_draw_something_else_for_each_cup_and_seed(casts):
 
 
 def test_planners_are_left_as_they_are(casts):
-    found = compare()
-    for score in found.scores[:2]:
-        for attempt in score.attempts:
-            plan = plan_cast(Model(), (attempt.cup, 0.0), score.method)
-            assert attempt.cast == tuple(plan.cast.to_array())
-            assert attempt.n_evaluations == plan.n_evaluations
-            assert attempt.executed_miss == FakeOutcome(wc.Scenario(), plan.cast, plan.cup).miss
+    found = by_contender(compare())
+    for method in ("gradient", "program"):
+        for trial in found[method, "model"].itertuples():
+            plan = plan_cast(Model(), (trial.radius, 0.0), method)
+            assert (trial.distance, trial.speed, trial.wait) == tuple(plan.cast.to_array())
+            assert trial.n_evaluations == plan.n_evaluations
+            assert trial.miss == FakeOutcome(wc.Scenario(), plan.cast, plan.cup).miss
 
 
 def test_searches_use_equal_budgets(casts):
     # A grid of 10 points has 8.
-    used = {
-        (score.method, score.source): score.n_evaluations for score in compare(1, budget=10, n_casts=9).scores
-    }
-    assert [used[name] for name in NAMES[2:]] == [8, 10, 10, 9, 9]
+    found = by_contender(compare(1, budget=10, n_casts=9))
+    assert [found[name]["n_evaluations"].item() for name in NAMES[2:]] == [8, 10, 10, 9, 9]
 
 
 def test_the_budget_is_what_the_program_uses_at_the_median(casts, monkeypatch):
@@ -208,7 +207,7 @@ def test_the_budget_is_what_the_program_uses_at_the_median(casts, monkeypatch):
     assert len(set(program)) == 3
     assert found.budget == round(np.median(program))
     assert not found.is_budget_given
-    assert found.budget - 10 < found.scores[2].n_evaluations <= found.budget
+    assert found.budget - 10 < by_contender(found)["grid", "model"]["n_evaluations"].median() <= found.budget
 
 
 def test_only_searches_on_the_simulator_simulate_without_a_cup(casts):
@@ -222,11 +221,13 @@ def test_every_chosen_cast_is_executed_with_both_kinds_of_cup(casts):
     found = compare(1)
     executed = [entry for entry in casts if entry[2] is not None]
     assert [scenario.cup.restitution for scenario, *_ in executed] == [0.25, 0.6] * len(NAMES)
-    for score, one, other in zip(found.scores, executed[::2], executed[1::2], strict=True):
-        (attempt,) = score.attempts
-        assert attempt.cast == tuple(one[1].to_array())
+    rows = list(found.trials.itertuples())
+    for row, again, one, other in zip(rows[::2], rows[1::2], executed[::2], executed[1::2], strict=True):
+        assert (row.cup_kind, again.cup_kind) == ("nearly inelastic", "lively")
+        for trial in (row, again):
+            assert (trial.distance, trial.speed, trial.wait) == tuple(one[1].to_array())
         assert one[1:] == other[1:]
-        assert one[2] == (attempt.cup, 0.0)
+        assert one[2] == (row.radius, 0.0)
         assert one[0].model_copy(update={"cup": wc.Scenario().cup}) == wc.Scenario()
 
 
@@ -259,35 +260,35 @@ def test_misses_are_distances_in_the_plane_of_the_rim(monkeypatch):
 
 
 def test_hits_are_counted_for_each_kind_of_cup(casts):
-    for score in compare(3).scores:
-        misses = [attempt.executed_miss for attempt in score.attempts]
-        for hits, room in zip(score.hits, (0.005, 0.001), strict=True):
-            assert hits.n_caught == sum(miss < room for miss in misses)
-            assert hits.rate == hits.n_caught / 3
-            assert hits.interval == wilson_interval(hits.n_caught, 3)
-        assert score.executed_miss.max == max(misses)
-        assert score.executed_miss.median == pytest.approx(np.median(misses))
-    assert [hits.cup_kind for hits in score.hits] == ["nearly inelastic", "lively"]
+    found = compare(3)
+    assert found.trials["cup_kind"].unique().tolist() == ["nearly inelastic", "lively"]
+    for kind, room in (("nearly inelastic", 0.005), ("lively", 0.001)):
+        for trials in by_contender(found, kind).values():
+            n_caught = int((trials["miss"] < room).sum())
+            expected = (n_caught, 3, n_caught / 3, wilson_interval(n_caught, 3))
+            caught = hits(trials)
+            assert (
+                tuple(caught[name] for name in ("n_caught", "n_cups", "hit_rate", "hit_interval")) == expected
+            )
 
 
 def test_lost_processes_count_as_failures(casts):
     lossy = InOrder(lambda row: row in (1, 3, 4, 5))
-    whole, found = (compare(3, budget=3, n_casts=3, executor=executor) for executor in (InOrder(), lossy))
-    gradient, program, grid = found.scores[:3]
-    lost = gradient.attempts[1]
-    assert (lost.cup, lost.cast, lost.executed_miss, lost.statuses) == (
-        whole.scores[0].attempts[1].cup,
-        None,
-        None,
-        (),
+    whole, found = (
+        by_contender(compare(3, budget=3, n_casts=3, executor=executor)) for executor in (InOrder(), lossy)
     )
-    assert gradient.n_cups == program.n_cups == 3
-    assert gradient.executed_miss.n == 2
-    assert gradient.hits[0].rate == gradient.hits[0].n_caught / 3
-    assert program.hits[0].n_caught == 0
-    assert program.hits[0].interval == wilson_interval(0, 3)
-    assert (program.n_evaluations, program.seconds, program.executed_miss.median) == (None, None, None)
-    assert grid.executed_miss == whole.scores[2].executed_miss
+    gradient, program, grid = (found[name, "model"] for name in ("gradient", "program", "grid"))
+    lost = gradient.iloc[1]
+    assert lost["radius"] == whole["gradient", "model"].iloc[1]["radius"]
+    assert (lost["status"], lost["is_caught"]) == ("lost", False)
+    assert lost[["distance", "speed", "wait", "miss", "n_evaluations", "seconds"]].isna().all()
+    assert len(gradient) == len(program) == 3
+    assert gradient["miss"].count() == 2
+    assert hits(gradient)["hit_rate"] == hits(gradient)["n_caught"] / 3
+    assert hits(program)["n_caught"] == 0
+    assert hits(program)["hit_interval"] == wilson_interval(0, 3)
+    assert program[["n_evaluations", "seconds", "miss"]].isna().all(axis=None)
+    assert grid["miss"].tolist() == whole["grid", "model"]["miss"].tolist()
 
 
 def test_without_a_program_there_is_no_budget(casts):
@@ -305,10 +306,10 @@ def test_progress_counts_every_row(casts):
 @pytest.mark.parametrize("name", ["n_cups", "budget", "n_casts"])
 def test_bad_numbers_are_refused(casts, name):
     unused = InOrder()
-    with pytest.raises(InputError, match=f"{name} = 0 must be a whole number, 1 or more"):
+    with pytest.raises(InputError, match=f"{name} = 0 must be an integer, 1 or more"):
         compare(**{name: 0}, executor=unused)
     assert unused.n_rows == 0
-    with pytest.raises(InputError, match="seed = -1 must be a whole number"):
+    with pytest.raises(InputError, match="seed = -1 must be an integer"):
         compare(seed=-1)
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import wam_cast
-from wam_cast.cli import main, models
+from wam_cast.cli import main, model_choice
 from wam_cast.learning import dataset
 from wam_cast.learning.sampling import sample_cast
 
@@ -96,7 +96,7 @@ def no_physics(monkeypatch, inline_executor):
 
     monkeypatch.setattr(dataset, "simulate_row", row)
     monkeypatch.setattr(wam_cast, "generate_dataset", generate, raising=False)
-    monkeypatch.setattr(models, "TRAINING_CASTS", 60)
+    monkeypatch.setattr(model_choice, "TRAINING_CASTS", 60)
 
 
 @pytest.fixture

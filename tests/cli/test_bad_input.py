@@ -125,8 +125,9 @@ def test_a_dataset_of_another_scenario_is_refused(cli, refused):
     assert cli("generate", "--casts", "60", "--out", "d").code == 0
     assert "of the scenario" in refused("fit", "d", "--out", "a.model", "--scenario", "heavy.yaml")
     line = refused("generate", "--casts", "60", "--out", "d", "--scenario", "heavy.yaml")
+    assert "another scenario" in line
     assert "choose another directory (--out)" in line
-    assert "seed 0" in refused("generate", "--casts", "60", "--seed", "1", "--out", "d")
+    assert "another seed (0, not 1)" in refused("generate", "--casts", "60", "--seed", "1", "--out", "d")
     assert "60 casts" in refused("generate", "--casts", "50", "--out", "d")
 
 
@@ -145,7 +146,7 @@ def test_a_model_of_another_scenario_is_refused(cli, refused):
 @pytest.mark.parametrize("path", ["missing/a.model", ".", "d/manifest.json/a.model"])
 def test_an_unwritable_model_is_refused_before_the_fit(cli, refused, monkeypatch, path):
     assert cli("generate", "--casts", "60", "--out", "d").code == 0
-    monkeypatch.setattr("wam_cast.learning.forward_model.tune_by_leave_one_out", None)  # not to be called
+    monkeypatch.setattr("wam_cast.learning.forward_model.tune_by_lbfgs", None)  # not to be called
     assert "existing folder" in refused("fit", "d", "--out", path)
 
 

@@ -24,7 +24,9 @@ def interrupted(monkeypatch):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(Explorer, "run", run)
-    monkeypatch.setattr("wam_cast.cli.explorer.leave", sys.exit)  # not at once: this process has more to do
+    monkeypatch.setattr(
+        "wam_cast.cli.explorer_page.leave", sys.exit
+    )  # not at once: this process has more to do
     return explorers
 
 

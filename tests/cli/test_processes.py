@@ -162,6 +162,6 @@ def test_ctrl_c_while_the_parts_are_loaded_is_no_traceback(cli, monkeypatch):
     def interrupted():
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("wam_cast.cli.commands.main", interrupted)
+    monkeypatch.setattr("wam_cast.cli.entry.run", interrupted)
     result = cli("plan", "--cup", "0.75")
     assert (result.code, result.out, result.err) == (130, "", "interrupted\n")

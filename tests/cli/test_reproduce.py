@@ -14,7 +14,8 @@ from wam_cast.storage.run_directory import RunDirectory
 @pytest.fixture
 def run_of_seed_3(folder):
     """Return the folder of a run that has just begun."""
-    RunDirectory(folder / "run", Settings.of(wc.Scenario(), seed=3, quick=True))
+    settings = Settings.of(wc.Scenario(), seed=3, quick=True)
+    RunDirectory(folder / "run", settings.identity, settings.own_scenario)
     return folder / "run"
 
 

@@ -17,7 +17,7 @@ import typer
 from markdown_it import MarkdownIt
 
 import wam_cast as wc
-from wam_cast.cli import main, models
+from wam_cast.cli import main, model_choice
 from wam_cast.cli.commands import app
 
 ROOT = Path(__file__).parents[2]
@@ -121,7 +121,7 @@ def run(monkeypatch, capsys, inline_executor):
         return generate(*args, executor=inline_executor, **options)
 
     monkeypatch.setattr(wc, "generate_dataset", generate_here)
-    monkeypatch.setattr(models, "TRAINING_CASTS", TRAINING_CASTS)
+    monkeypatch.setattr(model_choice, "TRAINING_CASTS", TRAINING_CASTS)
 
     def call(line):
         capsys.readouterr()
@@ -178,9 +178,9 @@ def test_shell_runs(page, folder, run):
         if first.get(line, page) is not page:
             continue
         code, printed = run(CHEAPER.get(line, line))
-        foretold = re.search(r"exit code (\d+)", comment)
+        declared = re.search(r"exit code (\d+)", comment)
         # A model of a few casts may miss.
-        allowed = {int(foretold[1])} if foretold else {0, 1} if re.search("--scenario|--model", line) else {0}
+        allowed = {int(declared[1])} if declared else {0, 1} if re.search("--scenario|--model", line) else {0}
         assert code in allowed, f"{line}\nended with {code}:\n{printed}"
         for file in re.findall(r"--(?:replay|picture|graph|out) (\S+)", line) if line not in CHEAPER else []:
             assert (folder / file).exists(), f"{line}\ndid not write {file}"

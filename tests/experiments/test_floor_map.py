@@ -1,17 +1,20 @@
 """The map of the floor: which cups, which casts, how far off, how often caught."""
 
+import json
 import math
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import wam_cast as wc
 from wam_cast.casting_plane import from_polar
 from wam_cast.errors import InputError
 from wam_cast.experiments import floor_map as module
-from wam_cast.experiments.floor_map import FloorMap, MapSize, map_floor
+from wam_cast.experiments import trials
+from wam_cast.experiments.floor_map import MapSize, map_floor
 from wam_cast.experiments.statistics import wilson_interval
 from wam_cast.parallel.workers import run_rows
 from wam_cast.planning.plan import plan_cast
@@ -51,12 +54,10 @@ def test_a_negative_seed_is_refused(floor_without_physics, model):
 
 def test_cups_lie_evenly_over_the_whole_region(floor_without_physics, model):
     floor, reach = map_floor(model, SIZE), Reach.of(model)
-    radii = [ring.radius for ring in floor.rings]
+    radii = floor.rings["radius"].tolist()
     np.testing.assert_allclose(radii, np.linspace(reach.nearest, reach.farthest, 4))
-    for ring in floor.rings:
-        np.testing.assert_allclose(
-            [c.bearing for c in ring.casts], [reach.lowest, 0, reach.highest], atol=1e-12
-        )
+    for _, casts in floor.casts.groupby("radius"):
+        np.testing.assert_allclose(casts["cup_bearing"], [reach.lowest, 0, reach.highest], atol=1e-12)
     assert floor.radii == model.reach
     assert floor.bearings == (reach.lowest, reach.highest)
     expected = [from_polar(radius, b) for radius in radii for b in (reach.lowest, 0.0, reach.highest)]
@@ -65,13 +66,15 @@ def test_cups_lie_evenly_over_the_whole_region(floor_without_physics, model):
 
 def test_there_is_one_plan_for_each_radius_by_the_planner_that_was_asked_for(floor_without_physics, model):
     floor = map_floor(model, SIZE, method="program", solver="ipopt")
-    assert floor_without_physics.planned == [((ring.radius, 0.0), "program", "ipopt") for ring in floor.rings]
+    assert floor_without_physics.planned == [
+        ((radius, 0.0), "program", "ipopt") for radius in floor.rings["radius"]
+    ]
 
 
 def test_a_turned_plan_still_makes_up_for_a_landing_beside_its_plane(floor_without_physics, model):
     floor = map_floor(model, SIZE)
-    bearings = [cast.bearing + 0.02 for ring in floor.rings for cast in ring.casts]
-    assert [cast.bearing for cast, *_ in floor_without_physics.cast] == pytest.approx(bearings)
+    bearings = floor.casts["cup_bearing"] + 0.02
+    assert [cast.bearing for cast, *_ in floor_without_physics.cast] == pytest.approx(bearings.tolist())
 
 
 def test_a_plan_is_turned_to_each_bearing_as_if_it_was_made_there(floor_without_physics, model, monkeypatch):
@@ -87,37 +90,36 @@ def test_a_plan_is_turned_to_each_bearing_as_if_it_was_made_there(floor_without_
 def test_noise_differs_from_cast_to_cast_and_from_seed_to_seed(floor_without_physics, noisy_model):
     floor = map_floor(noisy_model, SIZE)
     assert floor.is_noisy
-    assert [ring.n_casts for ring in floor.rings] == [6] * 4
-    seeds = [cast.noise_seed for ring in floor.rings for cast in ring.casts]
+    assert floor.rings["n_casts"].tolist() == [6] * 4
+    seeds = floor.casts["noise_seed"].tolist()
     assert seeds == [seed for *_, seed in floor_without_physics.cast]
-    assert len(set(seeds)) == len(seeds) == floor.n_casts
-    assert not set(seeds) & {
-        c.noise_seed for r in map_floor(noisy_model, SIZE, seed=1).rings for c in r.casts
-    }
+    assert len(set(seeds)) == len(seeds) == 24
+    assert not set(seeds) & set(map_floor(noisy_model, SIZE, seed=1).casts["noise_seed"])
 
 
 def test_without_noise_each_cup_is_cast_at_once(floor_without_physics, model):
     floor = map_floor(model, SIZE)
     assert not floor.is_noisy
-    assert floor.n_casts == len(floor_without_physics.cast) == 12
+    assert len(floor.casts) == len(floor_without_physics.cast) == 12
 
 
 # --- what is measured
 
 
 def test_offsets_are_outward_and_to_the_left_at_every_bearing(floor_without_physics, model):
-    ring = map_floor(model, MapSize(2, 5)).rings[0]
-    for cast in ring.casts[1:]:
+    floor = map_floor(model, MapSize(2, 5))
+    ring = floor.rings.iloc[0]
+    for cast in floor.casts[1:5].itertuples():
         assert cast.along == pytest.approx(0.003, abs=1e-12)
         assert cast.lateral == pytest.approx(0.002, abs=1e-12)
         assert cast.miss == pytest.approx(math.hypot(0.003, 0.002))
-    assert ring.along.mean == pytest.approx(0.003)
-    assert ring.lateral.mean == pytest.approx(0.002)
-    assert ring.along.std == pytest.approx(0.0, abs=1e-12)
+    assert ring["along"]["mean"] == pytest.approx(0.003)
+    assert ring["lateral"]["mean"] == pytest.approx(0.002)
+    assert ring["along"]["std"] == pytest.approx(0.0, abs=1e-12)
 
 
 def test_predictions_are_the_plans(floor_without_physics, model):
-    for ring in map_floor(model, SIZE).rings:
+    for ring in map_floor(model, SIZE).rings.itertuples():
         assert ring.predicted_along == pytest.approx(-0.001)
         assert (ring.predicted_miss, ring.predicted_spread) == (0.001, (0.004, 0.003))
         assert ring.clear_entry_probability == 1.0 - 0.5 * ring.radius
@@ -126,7 +128,7 @@ def test_predictions_are_the_plans(floor_without_physics, model):
 
 
 def test_hit_rates_count_all_casts_at_a_radius(floor_without_physics, noisy_model):
-    *near, far = map_floor(noisy_model, SIZE).rings
+    *near, far = map_floor(noisy_model, SIZE).rings.itertuples()
     for ring in near:
         assert (ring.n_caught, ring.n_casts, ring.hit_rate) == (4, 6, 4 / 6)
         assert ring.hit_interval == wilson_interval(4, 6)
@@ -135,33 +137,35 @@ def test_hit_rates_count_all_casts_at_a_radius(floor_without_physics, noisy_mode
 
 
 def test_a_ball_that_never_comes_down_has_no_offset(floor_without_physics, model):
-    ring = map_floor(model, SIZE).rings[0]
-    nowhere, *others = ring.casts
-    assert nowhere.status == "never_crossed"
-    assert (nowhere.along, nowhere.lateral, nowhere.miss) == (None, None, None)
-    assert [cast.is_caught for cast in others] == [True, True]
-    assert module._scatter([None, None]).mean is None
+    floor = map_floor(model, SIZE)
+    nowhere, *others = floor.record()["rings"][0]["casts"]
+    assert nowhere["status"] == "never_crossed"
+    assert (nowhere["along"], nowhere["lateral"], nowhere["miss"]) == (None, None, None)
+    assert [cast["status"] for cast in others] == ["caught", "caught"]
+    assert floor.casts["is_caught"][:3].tolist() == [False, True, True]
+    assert module._scatter(pd.Series([np.nan, np.nan])) == {"mean": None, "std": None}
 
 
 def test_a_lost_worker_is_a_failed_cast(floor_without_physics, model, monkeypatch):
     def lossy(function, rows, *_):
         yield from (None if row == 1 else function(row) for row in rows)
 
-    monkeypatch.setattr(module, "run_rows", lossy)
+    monkeypatch.setattr(trials, "run_rows", lossy)
     floor = map_floor(model, SIZE)
-    lost = floor.rings[0].casts[1]
-    assert (lost.status, lost.along, lost.miss) == (Status.DIVERGED, None, None)
-    assert floor.rings[0].n_caught == 1
+    ring = floor.record()["rings"][0]
+    lost = ring["casts"][1]
+    assert (lost["status"], lost["along"], lost["miss"]) == (Status.DIVERGED, None, None)
+    assert ring["n_caught"] == 1
 
 
 def test_the_map_is_the_same_in_whatever_order_casts_are_done(
     floor_without_physics, noisy_model, monkeypatch
 ):
     alone = map_floor(noisy_model, SIZE)
-    monkeypatch.setattr(module, "run_rows", run_rows)
+    monkeypatch.setattr(trials, "run_rows", run_rows)
     with ThreadPoolExecutor(3) as executor:
-        assert map_floor(noisy_model, SIZE, executor=executor) == alone
-    assert FloorMap.model_validate_json(alone.model_dump_json()) == alone
+        assert map_floor(noisy_model, SIZE, executor=executor).record() == alone.record()
+    assert json.loads(json.dumps(alone.record(), allow_nan=False)) == alone.record()
 
 
 def test_progress_counts_plans_and_casts(floor_without_physics, model):
@@ -173,14 +177,15 @@ def test_progress_counts_plans_and_casts(floor_without_physics, model):
 @pytest.mark.slow
 def test_real_casts_are_caught_and_depend_neither_on_the_bearing_nor_on_the_number_of_workers(model):
     floor = map_floor(model, MapSize(2, 2), method="gradient", n_workers=1)
-    assert map_floor(model, MapSize(2, 2), method="gradient", n_workers=2) == floor
-    assert floor.n_caught == floor.n_casts == 4
-    for ring in floor.rings:
-        left, right = ring.casts
+    again = map_floor(model, MapSize(2, 2), method="gradient", n_workers=2)
+    assert again.record() == floor.record()
+    assert floor.n_caught == len(floor.casts) == 4
+    for radius, casts in floor.casts.groupby("radius"):
+        left, right = casts.itertuples()
         assert left.along == pytest.approx(right.along, abs=2e-3)
         assert abs(left.lateral) < 2e-3
         assert math.hypot(left.along, left.lateral) == pytest.approx(left.miss, abs=1e-9)
-        turned = from_polar(ring.radius, left.bearing)
-        plan = plan_cast(model, (ring.radius, 0.0), "gradient")
-        cast = replace(plan.cast, bearing=plan.cast.bearing + left.bearing)
+        turned = from_polar(radius, left.cup_bearing)
+        plan = plan_cast(model, (radius, 0.0), "gradient")
+        cast = replace(plan.cast, bearing=plan.cast.bearing + left.cup_bearing)
         assert wc.simulate_cast(Scenario(), cast, turned, noise_seed=left.noise_seed).miss == left.miss

@@ -44,14 +44,14 @@ def test_bootstrap_interval_depends_on_its_seed_alone():
 
 def test_statistics_leave_out_what_never_landed():
     found = describe(np.array([1.0, np.nan, 3.0, 2.0]))
-    assert (found.mean, found.median, found.max) == (2.0, 2.0, 3.0)
-    assert found.p95 == pytest.approx(2.9)
+    assert (found["mean"], found["median"], found["max"]) == (2.0, 2.0, 3.0)
+    assert found["p95"] == pytest.approx(2.9)
 
 
 def test_statistics_of_nothing_are_none():
     found = describe(np.array([np.nan]))
-    assert found.mean is None
-    assert found.max is None
+    assert found["mean"] is None
+    assert found["max"] is None
 
 
 def test_bootstrap_interval_of_a_normal_sample_is_the_one_of_chi_square():

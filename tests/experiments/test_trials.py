@@ -1,16 +1,32 @@
-"""Trials: where cups are drawn, how often they are hit, and whether a ball entered clear."""
+"""Trials: where cups are drawn, how often they are hit, and whether a ball entered rim-clear."""
 
 import math
 from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
 
+import wam_cast as wc
 from wam_cast.arm_model import bearing_limits
 from wam_cast.cast import Cast
+from wam_cast.casting_plane import from_polar
 from wam_cast.experiments import trials as module
 from wam_cast.experiments.statistics import wilson_interval
-from wam_cast.experiments.trials import Trial, draw_cups, entered_clear, execute, summarize
+from wam_cast.experiments.trials import (
+    Thrower,
+    Trial,
+    draw_cups,
+    execute,
+    failures,
+    hits,
+    line_of_cups,
+    lost_as_diverged,
+    plan_and_execute,
+    trial_row,
+)
+from wam_cast.parallel.seeds import Purpose, derived_seed
+from wam_cast.parallel.workers import Workers
 from wam_cast.planning.landing_distribution import clear_half_width, clear_offset
 from wam_cast.planning.reach import Reach
 from wam_cast.scenario import Scenario
@@ -23,10 +39,17 @@ def fake(landing, status=Status.CAUGHT, entry_angle=0.2):
     landing = np.array(landing, dtype=float)
     return SimpleNamespace(
         landing=landing,
+        landing_along=math.nan,
+        landing_across=math.nan,
         status=status,
         is_caught=status is Status.CAUGHT,
         entry_angle=entry_angle,
         miss=math.nan,
+        is_slack=True,
+        slack=0.02,
+        peak_load=np.linspace(0.1, 0.7, 7),
+        peak_speed=np.linspace(0.6, 0.0, 7),
+        limits_hit=(),
     )
 
 
@@ -34,10 +57,14 @@ def trial(cup=(0.7, 0.0), bearing=0.0):
     return Trial(Cast(0.3, 0.6, 0.1, bearing), cup)
 
 
+def frame(trials, outcomes):
+    return pd.DataFrame([trial_row(Scenario(), *pair) for pair in zip(trials, outcomes, strict=True)])
+
+
 @pytest.mark.parametrize("region", ["line", "floor"])
 def test_cups_are_drawn_from_all_of_the_reach(region):
     cups = draw_cups(REACH, 200, 3, region)
-    distances = [math.hypot(*cup) for cup in cups]
+    distances = [distance for distance, _ in cups]
     assert (min(distances), max(distances)) == pytest.approx((0.4, 0.8), abs=0.01)
     assert draw_cups(REACH, 20, 3, region) == cups[:20]
     assert not set(cups) & set(draw_cups(REACH, 200, 4, region))
@@ -45,28 +72,49 @@ def test_cups_are_drawn_from_all_of_the_reach(region):
 
 def test_on_the_floor_they_are_at_all_bearings_and_as_far_away():
     line, floor = (draw_cups(REACH, 200, 3, region) for region in ("line", "floor"))
-    assert all(y == 0 for _, y in line)
-    np.testing.assert_allclose([math.hypot(*cup) for cup in floor], [x for x, _ in line])
-    bearings = [math.atan2(y, x) for x, y in floor]
+    assert all(bearing == 0 for _, bearing in line)
+    assert [distance for distance, _ in floor] == [distance for distance, _ in line]
+    bearings = [bearing for _, bearing in floor]
     assert (min(bearings), max(bearings)) == pytest.approx(bearing_limits(), abs=0.1)
     assert abs(np.mean(bearings)) < 0.3
 
 
 def test_every_trial_counts(monkeypatch):
     outcomes = [fake((0.7, 0.002)), None, fake((0.71, -0.001), Status.RIM_BOUNCE), fake((0.7, 0.0))]
-    hits = summarize([trial()] * 4, outcomes)
-    assert (hits.n_cups, hits.n_caught) == (4, 2)
-    assert hits.interval == wilson_interval(2, 4)
-    assert hits.failures == {"lost": 1, "rim_bounce": 1}
-    assert (hits.lateral.max, hits.lateral.n) == (pytest.approx(0.002), 3)
+    trials = frame([trial()] * 4, outcomes)
+    expected = {"n_cups": 4, "n_caught": 2, "hit_rate": 0.5, "hit_interval": wilson_interval(2, 4)}
+    assert hits(trials) == expected
+    assert failures(trials) == {"lost": 1, "rim_bounce": 1}
+    assert failures(lost_as_diverged(trials)) == {"diverged": 1, "rim_bounce": 1}
+    assert (trials["lateral"].abs().max(), trials["lateral"].count()) == (pytest.approx(0.002), 3)
+
+
+def test_a_row_has_the_largest_utilization_of_any_joint():
+    row = trial_row(Scenario(), trial(), fake((0.7, 0.0)))
+    assert (row["peak_load"], row["peak_speed"]) == (0.7, 0.6)
+
+
+def test_a_lost_trial_keeps_what_was_to_be_done():
+    row, whole = (trial_row(Scenario(), trial(bearing=0.1), outcome) for outcome in (None, fake((0.7, 0.0))))
+    assert row.keys() == whole.keys()
+    assert (row["radius"], row["distance"], row["speed"], row["wait"], row["bearing"]) == (
+        0.7,
+        0.3,
+        0.6,
+        0.1,
+        0.1,
+    )
+    assert (row["status"], row["is_caught"], row["limits_hit"]) == ("lost", False, ())
+    assert math.isnan(row["miss"])
 
 
 @pytest.mark.parametrize("bearing", [0.0, 1.1, -2.4])
 def test_lateral_is_beside_the_line_from_the_axis_to_the_cup(bearing):
     c, s = math.cos(bearing), math.sin(bearing)
-    there = trial((0.7 * c, 0.7 * s), bearing)
+    there = trial((0.7, bearing), bearing)
     landing = (0.72 * c - 0.003 * s, 0.72 * s + 0.003 * c)
-    assert summarize([there], [fake(landing)]).lateral.max == pytest.approx(0.003)
+    row = trial_row(Scenario(), there, fake(landing))
+    assert (row["along"], row["lateral"]) == (pytest.approx(0.02), pytest.approx(0.003))
 
 
 @pytest.mark.parametrize("bearing", [0.0, 1.1])
@@ -74,18 +122,19 @@ def test_lateral_is_beside_the_line_from_the_axis_to_the_cup(bearing):
 def test_a_ball_is_clear_up_to_the_clear_width(bearing, share):
     c, s = math.cos(bearing), math.sin(bearing)
     R = np.array([[c, -s], [s, c]])
-    there = trial(tuple(R @ [0.7, 0.0]), bearing)
+    there = trial((0.7, bearing), bearing)
     along = share * clear_offset(Scenario(), 0.5)
     (width,) = clear_half_width(Scenario(), 0.5, np.array([along]))
     for across, is_clear in ((0.98 * width, True), (-0.98 * width, True), (1.02 * width, False)):
         landing = R @ [0.7 + along, across]
-        assert entered_clear(Scenario(), there, fake(landing, entry_angle=0.5)) is is_clear
+        row = trial_row(Scenario(), there, fake(landing, entry_angle=0.5))
+        assert row["entered_clear"] is is_clear
 
 
 def test_no_ball_is_clear_that_never_came_or_is_too_wide():
-    assert not entered_clear(Scenario(), trial(), None)
-    assert not entered_clear(Scenario(), trial(), fake((math.nan, math.nan), entry_angle=math.nan))
-    assert not entered_clear(Scenario(), trial(), fake((0.7, 0.0), entry_angle=1.0))
+    nowhere, too_wide = fake((math.nan, math.nan), entry_angle=math.nan), fake((0.7, 0.0), entry_angle=1.0)
+    for outcome in (None, nowhere, too_wide):
+        assert not trial_row(Scenario(), trial(), outcome)["entered_clear"]
 
 
 class InOrder:
@@ -100,6 +149,55 @@ def test_each_trial_is_executed_with_its_cup_and_its_noise(monkeypatch):
     )
     both = [Trial(Cast(0.3, 0.6, 0.1), (0.7, 0.0), 5), Trial(Cast(0.2, 0.6, 0.1), (0.6, 0.1), 6)]
     done = []
-    execute(Scenario(), both, InOrder(), done.append)
-    assert told == [(Scenario(), one.cast, one.cup, one.noise_seed) for one in both]
+    found = execute(Scenario(), both, InOrder(), report=done.append)
+    assert told == [(Scenario(), one.cast, from_polar(*one.cup), one.noise_seed) for one in both]
     assert done == [1, 2]
+    assert found["noise_seed"].tolist() == [5, 6]
+
+
+# --- plans that are executed
+
+
+def test_a_row_is_its_plan_and_its_outcome():
+    model = wc.reference_model()
+    plan = wc.plan_cast(model, (0.6, 0.0), "gradient")
+    outcome = wc.simulate_cast(Scenario(), plan.cast, plan.cup)
+    row = trial_row(Scenario(), Trial(plan.cast, (0.6, 0.0), label="a", plan=plan), outcome)
+    assert (row["label"], row["planner"], row["is_feasible"]) == ("a", "gradient", True)
+    assert row["predicted_miss"] == plan.predicted_miss
+    assert abs(row["predicted_offset"]) == pytest.approx(plan.predicted_miss, abs=1e-6)
+    assert (row["std_along"], row["std_across"]) == plan.predicted_spread
+    assert row["clear_entry_probability"] == plan.clear_entry_probability
+    assert row["miss"] == outcome.miss
+    assert abs(row["along"]) == pytest.approx(outcome.miss, abs=1e-5)
+    assert (row["landing_along"], row["slack"]) == (outcome.landing_along, outcome.slack)
+    assert row["status"] == "caught"
+
+
+def test_cups_lie_evenly_over_the_reach(no_physics):
+    model = wc.reference_model()
+    throwers = [
+        Thrower(*named, model, line_of_cups(model, 6)) for named in (("a", "gradient"), ("b", "program"))
+    ]
+    seen = []
+    found = plan_and_execute(Scenario(), throwers, executor=Workers(), report=lambda *done: seen.append(done))
+    assert found["label"].tolist() == ["a"] * 6 + ["b"] * 6
+    assert found["planner"].tolist() == ["gradient"] * 6 + ["program"] * 6
+    for _, group in found.groupby("label"):
+        cups = group["radius"].to_numpy()
+        assert cups[[0, -1]] == pytest.approx(model.reach)
+        assert np.diff(cups) == pytest.approx(np.diff(cups)[0])
+    assert found["radius"][2] == found["radius"][8]
+    assert seen == [(done, 24) for done in range(25)]  # plans, then casts
+
+
+def test_every_cup_has_noise_of_its_own_and_every_thrower_the_same(no_physics):
+    def seeds(seed):
+        model = wc.reference_model()
+        throwers = [Thrower(name, "gradient", model, line_of_cups(model, 3)) for name in "ab"]
+        return plan_and_execute(Scenario(), throwers, seed=seed, executor=Workers())["noise_seed"].tolist()
+
+    first = seeds(7)
+    assert first == [derived_seed(7, Purpose.NOISE, cup) for cup in range(3)] * 2
+    assert len(set(first)) == 3
+    assert not set(first) & set(seeds(8))

@@ -1,25 +1,24 @@
-"""The forward model: what it learns from, what it predicts, its file, and the one that is shipped."""
+"""The forward model: what it learns from, what it predicts, and its file."""
 
 import json
 import math
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import pytest
-from scipy.stats import norm
 
 from wam_cast.cast import PARAMETERS, cast_bounds
 from wam_cast.errors import InputError
-from wam_cast.learning.dataset import CastDataset, simulate_row
-from wam_cast.learning.forward_model import ForwardModel, reference_dataset, reference_model
+from wam_cast.learning.dataset import CastDataset
+from wam_cast.learning.forward_model import ForwardModel
+from wam_cast.learning.hyperparameters import tune_by_lbfgs
 from wam_cast.learning.kernel_ridge import KernelRidge
-from wam_cast.learning.leave_one_out import tune_by_leave_one_out
-from wam_cast.learning.parts import OUTPUTS, Parts, split_casts
+from wam_cast.learning.losses import LeaveOneOutLoss
+from wam_cast.learning.parts import Parts
 from wam_cast.learning.sampling import sample_casts
 from wam_cast.parallel.threads import one_thread
+from wam_cast.planning.prediction import OUTPUTS
 from wam_cast.scenario import Ball, Cup, Noise, Scenario
 
 SCENARIO = Scenario()
@@ -147,12 +146,12 @@ def test_noise_in_the_landings_gives_a_large_regularization(data, model):
 
 def test_a_tuned_result_makes_the_model_without_opening_the_test_casts(data, model, monkeypatch):
     train, *_ = data.split()
-    tuned = tune_by_leave_one_out(
+    loss = LeaveOneOutLoss(
         data.frame.loc[train, list(PARAMETERS)],
         data.frame.loc[train, "landing_along"],
-        sigma0=[0.5] * 3,
         input_bounds=cast_bounds(SCENARIO),
     )
+    tuned = tune_by_lbfgs(loss, sigma0=[0.5] * 3)
     monkeypatch.setattr(Parts, "open_test", None)  # not to be called
     other = ForwardModel.from_hyperparameters(data, tuned.sigma, tuned.regularization)
     np.testing.assert_array_equal(predictions(other), predictions(model))
@@ -223,8 +222,7 @@ def test_fitting_again_gives_the_same_model(data, model):
 def test_gradient_agrees_with_finite_differences_in_si_units(model):
     lower, upper = cast_bounds(SCENARIO)
     casts = np.random.default_rng(3).uniform(lower, upper, size=(10, 3))
-    prediction, gradient = model.predict_with_gradient(casts)
-    np.testing.assert_allclose(prediction, model.predict(casts), rtol=1e-12, atol=1e-12)
+    gradient = np.stack([model.expand(cast).gradient for cast in casts])
     assert gradient.shape == (10, 7, 3)
     h = 1e-4
     for parameter, step in enumerate(h * np.eye(3)):
@@ -236,11 +234,9 @@ def test_gradient_agrees_with_finite_differences_in_si_units(model):
 
 def test_an_expansion_is_all_that_is_known_about_a_cast(model):
     casts = sample_casts(SCENARIO, 10, seed=3)
-    prediction, gradient = model.predict_with_gradient(casts)
-    for i, cast in enumerate(casts):
+    for cast, prediction in zip(casts, model.predict(casts), strict=True):
         found = model.expand(cast)
-        np.testing.assert_allclose(found.outputs, prediction[i], rtol=1e-8, atol=1e-8)
-        np.testing.assert_allclose(found.gradient, gradient[i], rtol=1e-6, atol=1e-6)
+        np.testing.assert_allclose(found.outputs, prediction, rtol=1e-8, atol=1e-8)
         std, std_gradient = model.uncertainty.expand(cast)
         assert found.std == std > 0
         np.testing.assert_array_equal(found.std_gradient, std_gradient)
@@ -248,10 +244,11 @@ def test_an_expansion_is_all_that_is_known_about_a_cast(model):
 
 def test_the_landing_alone_is_the_first_output(model):
     casts = sample_casts(SCENARIO, 10, seed=3)
-    prediction, gradient = model.predict_with_gradient(casts)
     landing, landing_gradient = model.landing_with_gradient(casts)
-    np.testing.assert_allclose(landing, prediction[:, 0], rtol=1e-8)
-    np.testing.assert_allclose(landing_gradient, gradient[:, 0], rtol=1e-6, atol=1e-6)
+    for i, cast in enumerate(casts):
+        found = model.expand(cast)
+        np.testing.assert_allclose(landing[i], found.outputs[0], rtol=1e-8)
+        np.testing.assert_allclose(landing_gradient[i], found.gradient[0], rtol=1e-6, atol=1e-6)
 
 
 # --- the scenarios that it serves
@@ -416,77 +413,3 @@ def test_an_unwritable_output_leaves_nothing_behind(model, file, name):
     assert "\n" not in str(caught.value)
     assert [path.name for path in file.parent.iterdir()] == ["a.model"]
     assert file.read_bytes() == before
-
-
-# --- the reference model
-
-
-@pytest.fixture(scope="module")
-def reference_data():
-    return reference_dataset()
-
-
-def test_reference_model_needs_neither_drake_nor_pandas():
-    # None in place of a module makes its import fail; scikit-learn imports pandas only where it can.
-    code = (
-        "import sys\n"
-        "sys.modules.update(dict.fromkeys(['pydrake', 'pandas', 'pyarrow']))\n"
-        "import numpy as np, wam_cast as wc\n"
-        "wc.reference_model().predict(np.array([[0.3, 0.6, 0.1]]))\n"
-        "print(wc.plan_cast(wc.reference_model(), (0.7, 0.1), 'gradient').is_feasible)"
-    )
-    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert result.stdout.strip() == "True"
-
-
-def test_reference_model_is_of_the_reference_scenario_and_good_enough(reference_data):
-    model = reference_model()
-    assert model is reference_model()
-    assert model.scenario.fingerprint == Scenario().fingerprint == reference_data.scenario.fingerprint
-    assert reference_data.scenario == Scenario()
-    assert len(reference_data) == 1700
-    assert model.info.test_rmse <= 0.005
-    nearest, farthest = model.reach
-    assert farthest - nearest >= 0.70
-    np.testing.assert_array_equal(
-        model.known_casts[:5], reference_data.frame.loc[:4, list(PARAMETERS)].to_numpy()
-    )
-
-
-@pytest.mark.slow
-def test_reference_model_is_the_fit_to_the_shipped_dataset(reference_data):
-    fitted, shipped = ForwardModel.fit(reference_data), reference_model()
-    # The search ends a little elsewhere on other machines, where the error is as small.
-    for name, value in vars(fitted.info).items():
-        tolerance = 0.02 if name in ("sigma", "regularization") else 1e-3
-        assert getattr(shipped.info, name) == pytest.approx(value, rel=tolerance), name
-    assert shipped.reach == pytest.approx(fitted.reach, rel=1e-12)
-    np.testing.assert_allclose(predictions(shipped), predictions(fitted), rtol=0, atol=2e-5)
-
-
-def test_reference_model_knows_by_how_much_it_errs(reference_data):
-    model, validation = reference_model(), split_casts(reference_data).validation
-    std = model.uncertainty.std(validation.X)
-    normalized = np.abs(model.predict(validation.X)[:, 0] - validation.landing) / std
-    levels = np.linspace(0.05, 0.95, 19)
-    covered = np.array([np.mean(normalized <= norm.ppf((1 + level) / 2)) for level in levels])
-    assert np.mean(np.abs(covered - levels)) < 0.03
-    assert np.abs(covered - levels).max() < 0.06
-    # One standard deviation for all casts would be as large as the errors too, but too large for most of them.
-    assert np.quantile(std, 0.95) > 5 * np.quantile(std, 0.05)
-    half = std > np.median(std)
-    assert np.mean(normalized[half] ** 2) == pytest.approx(1, abs=0.4)
-    assert np.mean(normalized[~half] ** 2) == pytest.approx(1, abs=0.4)
-
-
-@pytest.mark.parametrize("row", [0, 1, 2, 1699])
-def test_shipped_casts_are_what_the_simulation_gives_now(reference_data, row):
-    now, then = simulate_row(Scenario(), reference_data.seed, row), reference_data.frame.loc[row]
-    for name in PARAMETERS:
-        assert now[name] == then[name]
-    assert now["status"] == then["status"]
-    assert now["is_slack"] == then["is_slack"]
-    # Metres and seconds; another version of Drake may round otherwise.
-    for name in ("landing_along", "landing_across", "crossing_time", "slack"):
-        assert now[name] == pytest.approx(then[name], abs=1e-6), name
-    assert now["entry_angle"] == pytest.approx(then["entry_angle"], abs=1e-5)

@@ -7,8 +7,8 @@ import pytest
 from wam_cast.cast import PARAMETERS
 from wam_cast.errors import InputError
 from wam_cast.learning.dataset import CastDataset
-from wam_cast.learning.parts import OUTPUTS, split_casts
-from wam_cast.planning import prediction as predictor
+from wam_cast.learning.parts import split_casts
+from wam_cast.planning.prediction import OUTPUTS
 from wam_cast.scenario import Scenario
 
 N_CASTS = 340  # split into 260, 60 and 20
@@ -17,7 +17,7 @@ COLUMNS = [*PARAMETERS, *OUTPUTS]
 
 def dataset(n_casts=N_CASTS, lost=()):
     values = np.random.default_rng(0).uniform(size=(n_casts, len(COLUMNS)))
-    frame = pd.DataFrame(values, columns=COLUMNS).assign(status="landed")
+    frame = pd.DataFrame(values, columns=COLUMNS).assign(status="landed", is_slack=True)
     frame.loc[list(lost), list(OUTPUTS)] = np.nan
     return CastDataset(Scenario(), 0, frame)
 
@@ -67,6 +67,11 @@ def test_a_part_with_nothing_to_learn_from_is_refused(lost, said):
         split_casts(dataset(33))
 
 
-def test_planners_know_the_outputs_by_the_same_columns():
-    columns = {name: getattr(predictor, name.removeprefix("landing_").upper()) for name in OUTPUTS}
-    assert columns == {name: column for column, name in enumerate(OUTPUTS)}
+def test_clean_casts_kept_the_limits_and_landed_with_a_slack_string():
+    data = dataset()
+    data.frame.loc[[3, 261], "status"] = "limit_hit"
+    data.frame.loc[[3, 5], "is_slack"] = False
+    parts = split_casts(data)
+    for part, others in ((parts.train, [3, 5]), (parts.validation, [1]), (parts.open_test(), [])):
+        assert part.is_clean.dtype == bool
+        np.testing.assert_array_equal(np.flatnonzero(~part.is_clean), others)

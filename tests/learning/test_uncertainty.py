@@ -115,11 +115,11 @@ def test_it_follows_errors_whose_size_varies(estimator, learned, fresh):
     assert np.corrcoef(np.log(plain), np.log(error_level(X)))[0, 1] < 0.3
     error = estimator.predict(X)[:, 0] - y
     for rows in np.array_split(np.argsort(std), 5):
-        foretold = np.sqrt(np.mean(std[rows] ** 2))
-        assert np.sqrt(np.mean(error[rows] ** 2)) == pytest.approx(foretold, rel=0.3)
+        predicted = np.sqrt(np.mean(std[rows] ** 2))
+        assert np.sqrt(np.mean(error[rows] ** 2)) == pytest.approx(predicted, rel=0.3)
 
 
-def test_errors_of_casts_that_nothing_has_seen_are_as_large_as_foretold(estimator, learned, fresh, held_out):
+def test_errors_of_casts_that_nothing_has_seen_are_as_large_as_predicted(estimator, learned, fresh, held_out):
     for (X, y), tolerance in ((held_out, 1e-6), (fresh, 0.15)):
         normalized = (estimator.predict(X)[:, 0] - y) / learned.std(X)
         assert np.mean(normalized**2) == pytest.approx(1, abs=tolerance)

@@ -66,6 +66,14 @@ def test_string_is_slack_until_it_is_drawn_tight_slowly(cup):
     assert np.linalg.norm(velocity[fetched:pulled], axis=1).max() < 0.03
 
 
+def test_ball_in_a_far_cup_is_pulled_over_the_wall_at_the_arms_full_reach():
+    # So far out that the string must slant more than it should: as little as the reach from the shoulder lets it.
+    path, motion = Return(SCENARIO, drop_radius(0.985), 0.985), SCENARIO.motion
+    climbed = motion.fetch_duration + motion.pull_duration + motion.slide_duration + motion.lift_duration
+    radius, height = path.evaluate(climbed)[0]
+    assert np.hypot(radius, height - (SCENARIO.arm.mount_height - 0.346)) == pytest.approx(REACH, abs=1e-9)
+
+
 @pytest.mark.parametrize("cup", [0.3, 0.6, 0.8])
 def test_hand_ends_up_above_the_wall_and_lifts_straight(cup):
     path, motion = Return(SCENARIO, 0.5, cup), SCENARIO.motion
@@ -139,7 +147,7 @@ def test_limit_met_on_the_way_home_is_told_apart_from_the_casts():
 @pytest.mark.slow
 @pytest.mark.parametrize("restitution", [0.25, 0.6])
 def test_swing_that_the_return_leaves_is_small_over_the_whole_reach(restitution):
-    from wam_cast.learning.forward_model import reference_model
+    from wam_cast.learning.reference import reference_model
     from wam_cast.planning.plan import plan_cast
 
     simulator = CastSimulator(Scenario.from_dict({"cup": {"restitution": restitution}}))

@@ -1,4 +1,4 @@
-"""Random streams of the experiment: each of its own, for ever."""
+"""Random streams of the experiment: each of its own, and always the same."""
 
 from itertools import product
 
@@ -17,7 +17,7 @@ def test_purposes_indices_and_seeds_have_seeds_of_their_own():
     assert derived_seed(5, Purpose.NOISE) == derived_seed(5, Purpose.NOISE, 0)
 
 
-def test_seeds_are_the_same_for_ever():
+def test_seeds_are_always_the_same():
     assert [purpose.value for purpose in Purpose] == [0, 1, 2, 3, 4, 5, 6]
     assert [derived_seed(0, purpose) for purpose in Purpose] == [
         3678467582,

@@ -1,7 +1,8 @@
-"""Worker processes over several batches: kept while they are whole, replaced when they are not."""
+"""Worker processes over one batch and several: kept while they are whole, replaced when they are not."""
 
 import os
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -53,3 +54,36 @@ def test_rows_beside_the_one_that_kills_its_process_are_not_lost_in_a_later_batc
         assert len(list(workers.run(helper.process, range(4)))) == 4
         found = list(workers.run(helper.square, range(6)))
         assert found == [None if row == 3 else row * row for row in range(6)]
+
+
+def test_only_the_row_that_brings_down_its_process_is_lost(helper):
+    assert list(run_rows(helper.square, range(13), n_workers=2)) == [
+        None if row in (3, 11) else row * row for row in range(13)
+    ]
+
+
+def test_an_exception_of_the_function_is_raised(helper):
+    with pytest.raises(ZeroDivisionError, match="row 100"):
+        list(run_rows(helper.square, [0, 1, 100, 2], n_workers=1))
+
+
+def test_rows_at_hand_are_dropped_when_the_caller_stops(helper):
+    results = run_rows(helper.sleep, [0, 60, 60, 60], n_workers=2)
+    next(results)
+    start = time.perf_counter()
+    results.close()
+    assert time.perf_counter() - start < 5
+
+
+def test_rows_that_have_not_started_are_cancelled_when_the_caller_stops():
+    started = []
+
+    def slow(row):
+        started.append(row)
+        time.sleep(0.02)
+
+    with ThreadPoolExecutor(1) as executor:
+        results = run_rows(slow, range(500), executor)
+        next(results)
+        results.close()
+    assert len(started) < 10

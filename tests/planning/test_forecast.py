@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from wam_cast.learning.forward_model import reference_model
+from wam_cast.learning.reference import reference_model
 from wam_cast.planning.forecast import Prediction
 from wam_cast.planning.landing_distribution import clear_entry_probability, landing_spread
 from wam_cast.planning.plan import plan_cast
@@ -36,7 +36,36 @@ def test_of_a_plans_cast_and_cup_it_says_what_the_plan_does(model, plan):
     assert prediction.peak_speed == pytest.approx(plan.predicted_peak_speed)
 
 
-def test_noise_of_the_scenario_widens_the_spread_and_lowers_the_chance(model, plan):
+def test_the_cast_that_is_aimed_at_a_cup_is_the_plans_and_so_is_all_that_is_said_of_it(model, plan):
+    prediction = Prediction.aimed(model, plan.cast.to_array(), plan.cup)
+    assert prediction.cast == plan.cast
+    np.testing.assert_array_equal(prediction.landing, plan.predicted_landing)
+    assert prediction.miss == plan.predicted_miss
+    assert prediction.spread == plan.predicted_spread
+    assert prediction.entry_angle == plan.predicted_entry_angle
+    assert prediction.entry_speed == plan.predicted_entry_speed
+    assert prediction.slack == plan.predicted_slack
+    assert prediction.peak_load == plan.predicted_peak_load
+    assert prediction.peak_speed == plan.predicted_peak_speed
+    assert prediction.clear_entry_probability == plan.clear_entry_probability
+
+
+@pytest.mark.parametrize("cup", [(0.3, -0.6), (-0.4, 0.5), (0.0, 0.7)])
+def test_a_cast_that_is_aimed_lands_on_the_line_from_the_base_axis_to_the_cup(model, cup):
+    for parameters in model.known_casts[:5]:
+        prediction = Prediction.aimed(model, parameters, cup)
+        np.testing.assert_array_equal(prediction.cast.to_array(), parameters)
+        landing = prediction.landing
+        assert math.atan2(landing[1], landing[0]) == pytest.approx(math.atan2(cup[1], cup[0]), abs=1e-12)
+        assert prediction.miss == pytest.approx(abs(math.hypot(*landing) - math.hypot(*cup)))
+        # The same of the same cast, asked without aiming: only how the offset is computed differs.
+        again = Prediction.of(model, prediction.cast, cup)
+        np.testing.assert_array_equal(again.landing, landing)
+        assert (again.miss, again.spread) == (prediction.miss, prediction.spread)
+        assert again.clear_entry_probability == pytest.approx(prediction.clear_entry_probability, abs=1e-6)
+
+
+def test_noise_of_the_scenario_raises_the_standard_deviation_and_lowers_the_probability(model, plan):
     noisy = Prediction.of(model, plan.cast, plan.cup)
     exact = Prediction.of(reference_model(), plan.cast, plan.cup)
     np.testing.assert_array_equal(noisy.landing, exact.landing)
@@ -47,7 +76,7 @@ def test_noise_of_the_scenario_widens_the_spread_and_lowers_the_chance(model, pl
 
 
 @pytest.mark.parametrize(("along", "across"), [(0.004, 0.0), (-0.004, 0.0), (0.0, 0.004), (0.0, -0.004)])
-def test_of_a_cup_beside_the_landing_the_chance_is_that_of_the_offset_in_the_casting_plane(
+def test_of_a_cup_beside_the_landing_the_probability_is_that_of_the_offset_in_the_casting_plane(
     model, plan, along, across
 ):
     c, s = math.cos(plan.cast.bearing), math.sin(plan.cast.bearing)
@@ -56,12 +85,14 @@ def test_of_a_cup_beside_the_landing_the_chance_is_that_of_the_offset_in_the_cas
     prediction = Prediction.of(model, plan.cast, (x, y))
     parameters = plan.cast.to_array()
     entry_angle = model.predict(parameters[np.newaxis])[0, ENTRY_ANGLE]
-    spread = landing_spread(model, parameters, NOISE)
+    std = landing_spread(model, parameters, NOISE)
 
-    def chance(*offset):
-        return clear_entry_probability(model.scenario, entry_angle, offset, spread)
+    def probability(*offset):
+        return clear_entry_probability(model.scenario, entry_angle, offset, std)
 
-    assert abs(chance(along, across) - chance(across, along)) > 0.01, "the two directions can be told apart"
-    assert prediction.clear_entry_probability == pytest.approx(chance(along, across), abs=1e-6)
+    assert abs(probability(along, across) - probability(across, along)) > 0.01, (
+        "the two directions can be told apart"
+    )
+    assert prediction.clear_entry_probability == pytest.approx(probability(along, across), abs=1e-6)
     assert prediction.miss == pytest.approx(0.004)
     np.testing.assert_allclose(prediction.landing, plan.predicted_landing, atol=1e-9)

@@ -1,4 +1,4 @@
-"""What a cast into the cup's middle forgives: against brute force, random draws and closed forms."""
+"""Landing distribution: against brute force, random draws and closed forms."""
 
 import math
 
@@ -45,12 +45,12 @@ def largest(is_allowed):
     return low
 
 
-# --- offsets
+# --- clearance
 
 
 @pytest.mark.parametrize("inner_radius", [0.025, 0.035, 0.06])
 @pytest.mark.parametrize("angle", [0.0, 0.2, 0.5, 0.8, 1.1])
-def test_a_ball_is_clear_where_the_swept_ellipse_fits(inner_radius, angle):
+def test_a_ball_is_clear_of_the_rim_where_the_swept_ellipse_fits(inner_radius, angle):
     scenario = with_cup(inner_radius)
     along = clear_offset(scenario, angle)
     if not fits(scenario, angle, 0, 0):
@@ -83,7 +83,7 @@ def test_a_ball_from_above_has_the_same_room_in_all_directions():
 
 @pytest.mark.parametrize("angle", [0.0, 0.4, 0.7])
 @pytest.mark.parametrize(
-    ("offset", "spread"),
+    ("offset", "std"),
     [
         ((0.0, 0.0), Spread(0.005, 0.002)),
         ((0.004, 0.0), Spread(0.003, 0.003)),
@@ -91,36 +91,34 @@ def test_a_ball_from_above_has_the_same_room_in_all_directions():
         ((0.02, 0.0), Spread(0.02, 0.001)),
     ],
 )
-def test_probability_is_the_share_of_random_landings_that_fit(angle, offset, spread):
-    draws = np.random.default_rng(0).normal(offset, spread, size=(4000, 2))
+def test_probability_is_the_share_of_random_landings_that_fit(angle, offset, std):
+    draws = np.random.default_rng(0).normal(offset, std, size=(4000, 2))
     around = np.linspace(0, 2 * np.pi, 721)
     x = draws[:, :1] + REFERENCE.ball.radius / math.cos(angle) * np.cos(around)
     y = draws[:, 1:] + REFERENCE.ball.radius * np.sin(around)
     share = np.mean(np.hypot(x, y).max(axis=1) <= REFERENCE.cup.inner_radius)
-    found = clear_entry_probability(REFERENCE, angle, offset, spread)
+    found = clear_entry_probability(REFERENCE, angle, offset, std)
     assert found == pytest.approx(share, abs=4 * 0.5 / math.sqrt(len(draws)))
 
 
-def test_without_spread_across_it_is_the_normal_distribution_along():
+def test_without_deviation_across_it_is_the_normal_distribution_along():
     along = clear_offset(REFERENCE, 0.4)
     found = clear_entry_probability(REFERENCE, 0.4, (0.003, 0.0), Spread(0.006, 0.0))
     expected = norm.cdf(along, 0.003, 0.006) - norm.cdf(-along, 0.003, 0.006)
     assert found == pytest.approx(expected, abs=1e-6)
 
 
-@pytest.mark.parametrize(
-    "spread", [Spread(0.0, 0.0), Spread(1e-9, 1e-9), Spread(0.0, 1e-4), Spread(1e-4, 0.0)]
-)
-def test_without_spread_a_ball_enters_clear_or_it_does_not(spread):
+@pytest.mark.parametrize("std", [Spread(0.0, 0.0), Spread(1e-9, 1e-9), Spread(0.0, 1e-4), Spread(1e-4, 0.0)])
+def test_without_deviation_a_ball_enters_rim_clear_or_it_does_not(std):
     along = clear_offset(REFERENCE, 0.4)
     (across,) = clear_half_width(REFERENCE, 0.4, np.zeros(1))
     for offset in ((0.0, 0.0), (0.9 * along, 0.0), (0.0, -0.9 * across), (-0.5 * along, 0.5 * across)):
-        assert clear_entry_probability(REFERENCE, 0.4, offset, spread) == pytest.approx(1, abs=1e-6)
+        assert clear_entry_probability(REFERENCE, 0.4, offset, std) == pytest.approx(1, abs=1e-6)
     for offset in ((1.1 * along, 0.0), (-1.1 * along, 0.0), (0.0, 1.1 * across), (0.8 * along, 0.8 * across)):
-        assert clear_entry_probability(REFERENCE, 0.4, offset, spread) == pytest.approx(0, abs=1e-6)
+        assert clear_entry_probability(REFERENCE, 0.4, offset, std) == pytest.approx(0, abs=1e-6)
 
 
-def test_there_is_no_chance_with_a_huge_spread_or_too_flat_an_entry():
+def test_the_probability_vanishes_with_a_huge_deviation_or_too_flat_an_entry():
     at = np.linspace(-1, 1, 20_001) * clear_offset(REFERENCE, 0.4)
     area = np.trapezoid(2 * np.maximum(clear_half_width(REFERENCE, 0.4, at), 0.0), at)
     found = clear_entry_probability(REFERENCE, 0.4, (0.0, 0.0), Spread(20.0, 10.0))
@@ -129,25 +127,22 @@ def test_there_is_no_chance_with_a_huge_spread_or_too_flat_an_entry():
     assert clear_entry_probability(REFERENCE, 1.4, (0.0, 0.0), Spread(1e-3, 1e-3)) == 0
 
 
-def test_a_wider_cup_a_steeper_entry_and_less_spread_are_better():
-    spread = Spread(0.006, 0.002)
+def test_a_wider_cup_a_steeper_entry_and_a_smaller_deviation_are_better():
+    std = Spread(0.006, 0.002)
     wider = [
-        clear_entry_probability(with_cup(r), 0.5, (0.002, 0.001), spread)
-        for r in np.linspace(0.021, 0.06, 20)
+        clear_entry_probability(with_cup(r), 0.5, (0.002, 0.001), std) for r in np.linspace(0.021, 0.06, 20)
     ]
-    steeper = [
-        clear_entry_probability(REFERENCE, a, (0.002, 0.001), spread) for a in np.linspace(1.0, 0.0, 20)
-    ]
+    steeper = [clear_entry_probability(REFERENCE, a, (0.002, 0.001), std) for a in np.linspace(1.0, 0.0, 20)]
     surer = [
         clear_entry_probability(REFERENCE, 0.5, (0.002, 0.001), Spread(s, s / 3))
         for s in np.geomspace(0.1, 1e-4, 20)
     ]
-    for chances in (wider, steeper, surer):
-        assert np.all(np.diff(chances) >= -1e-9)
-        assert chances[0] < 0.1 * chances[-1]
+    for probabilities in (wider, steeper, surer):
+        assert np.all(np.diff(probabilities) >= -1e-9)
+        assert probabilities[0] < 0.1 * probabilities[-1]
 
 
-# --- spread
+# --- standard deviation
 
 
 def quadratic(model_class, gradient, curvature):
@@ -203,7 +198,7 @@ def test_a_cliff_nearby_counts_where_the_gradient_is_none(make_model):
     np.testing.assert_array_equal(gradient, 0)
 
 
-def test_spreads_add_in_quadrature(make_model):
+def test_deviations_add_in_quadrature(make_model):
     model = make_model(std=0.004)
     cast = model.known_casts[0]
     swing = NOISE.swing * REFERENCE.string.length

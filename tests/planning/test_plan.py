@@ -1,6 +1,8 @@
 """Plans: what is refused, the geometry of the casting plane, and casts that are executed."""
 
 import math
+from dataclasses import fields, replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -9,11 +11,14 @@ from wam_cast.arm_model import bearing_limits
 from wam_cast.cast import is_allowed
 from wam_cast.casting_plane import to_casting_plane
 from wam_cast.errors import InputError
-from wam_cast.learning.forward_model import reference_model
-from wam_cast.planning.plan import LONGEST_MISS, METHODS, plan_cast
+from wam_cast.learning.reference import reference_model
+from wam_cast.planning.gradient_descent import plan_by_gradient_descent
+from wam_cast.planning.plan import METHODS, plan_cast
+from wam_cast.planning.program import plan_by_program
 from wam_cast.planning.reach import BEARING_MARGIN
+from wam_cast.planning.solution import LONGEST_MISS
 from wam_cast.scenario import Scenario
-from wam_cast.simulation.simulate import simulate_cast
+from wam_cast.simulation.simulator import simulate_cast
 
 BOTH = pytest.mark.parametrize("method", METHODS)
 # The same where casts are simulated, which takes its time.
@@ -84,10 +89,10 @@ def test_what_is_no_position_is_refused(make_model, cup):
 
 
 @pytest.mark.parametrize("method", ["", "Program", "newton", None])
-def test_an_unknown_planner_is_refused_with_the_known_ones(make_model, method):
+def test_an_unknown_planner_is_refused_with_the_valid_names(make_model, method):
     line = refused(make_model(), (0.7, 0.0), method)
     assert repr(method) in line
-    assert "program or gradient" in line
+    assert "program or gradient, or give a function" in line
 
 
 # --- the plan
@@ -146,6 +151,92 @@ def test_a_cup_given_as_an_array_is_as_good(curved_model, method):
     assert all(type(value) is float for value in plan_cast(curved_model, np.array([0.6, 0.2]), method).cup)
 
 
+# --- planners of one's own
+
+PLANNERS = {"program": plan_by_program, "gradient": plan_by_gradient_descent}
+
+
+def assert_same(plan, other):
+    """Compare plans bit for bit."""
+    for field in fields(plan):
+        np.testing.assert_equal(getattr(plan, field.name), getattr(other, field.name), field.name)
+
+
+@BOTH
+@pytest.mark.parametrize("cup", [(0.75, 0.0), (0.5, -0.4), (-0.3, 0.5)])
+def test_a_function_that_finds_what_a_named_planner_finds_yields_its_plan(curved_model, method, cup):
+    named = plan_cast(curved_model, cup, method)
+
+    def my_planner(model, radius):
+        return PLANNERS[method](model, radius)
+
+    assert_same(plan_cast(curved_model, cup, my_planner), replace(named, method="my_planner"))
+
+    def my_cast(model, radius):
+        return PLANNERS[method](model, radius).parameters
+
+    untold = {"n_evaluations": 0, "n_solutions": 1, "searches": (), "reason": "the planner gives no reason"}
+    assert_same(plan_cast(curved_model, cup, method=my_cast), replace(named, method="my_cast", **untold))
+
+
+def test_a_function_is_asked_once_about_the_cups_distance_from_the_base_axis(curved_model):
+    asked = []
+
+    def ask(model, radius):
+        asked.append((model, radius))
+        return [0.3, 0.6, 0.1]
+
+    plan = plan_cast(curved_model, (-0.3, 0.4), ask)
+    assert asked == [(curved_model, pytest.approx(0.5))]
+    assert plan.cast.to_array().tolist() == [0.3, 0.6, 0.1]
+    assert plan.is_feasible is (plan.predicted_miss <= LONGEST_MISS) is False
+
+
+class Fixed:
+    """A planner with state: it always chooses the same cast."""
+
+    def __init__(self, parameters):
+        self.parameters = parameters
+
+    def __call__(self, model, radius):
+        return self.parameters
+
+    def choose(self, model, radius):
+        return self.parameters
+
+
+@pytest.mark.parametrize(
+    ("planner", "name"),
+    [
+        (Fixed([0.3, 0.6, 0.1]), "Fixed"),
+        (Fixed([0.3, 0.6, 0.1]).choose, "choose"),
+        (lambda model, radius: (0.3, 0.6, 0.1), "<lambda>"),
+        (partial(plan_by_gradient_descent, tolerance=1e-3), "partial"),
+        (plan_by_program, "plan_by_program"),
+    ],
+)
+def test_whatever_can_be_called_plans_under_its_own_name(curved_model, planner, name):
+    assert plan_cast(curved_model, (0.6, 0.2), planner).method == name
+
+
+@pytest.mark.parametrize("found", [None, [0.3, 0.6], [0.3, math.nan, 0.1], [0.9, 0.6, 0.1], [0.1, 0.8, 0.1]])
+def test_a_function_that_finds_no_cast_of_the_scenario_is_refused_by_its_name(curved_model, found):
+    with pytest.raises(InputError, match=r"^planner 'Fixed' (returned|chose) "):
+        plan_cast(curved_model, (0.6, 0.0), Fixed(found))
+
+
+def test_a_function_is_not_asked_about_a_cup_out_of_reach(make_model):
+    def fail(model, radius):
+        raise AssertionError
+
+    assert "out of reach" in refused(make_model(), (1.6, 0.0), fail)
+
+
+def test_what_a_function_raises_comes_through(make_model):
+    with pytest.raises(ZeroDivisionError):
+        plan_cast(make_model(), (0.7, 0.0), lambda model, radius: 1 / 0)
+
+
 # --- plans of the reference model
 
 
@@ -197,3 +288,9 @@ def test_a_solver_that_is_none_is_refused(curved_model):
 def test_the_descent_has_no_solver(curved_model):
     with pytest.raises(InputError, match="solver 'ipopt': the planner 'gradient' has none"):
         plan_cast(curved_model, (0.6, 0.0), "gradient", "ipopt")
+
+
+@pytest.mark.parametrize("solver", ["ipopt", "gurobi"])
+def test_a_function_has_no_solver(curved_model, solver):
+    with pytest.raises(InputError, match=f"solver '{solver}': the planner 'Fixed' has none; leave it out"):
+        plan_cast(curved_model, (0.6, 0.0), Fixed([0.3, 0.6, 0.1]), solver)

@@ -9,18 +9,18 @@ from pydrake.autodiffutils import ExtractGradient, ExtractValue, InitializeAutoD
 from wam_cast.cast import cast_bounds, is_allowed
 from wam_cast.errors import InputError
 from wam_cast.planning.landing_distribution import N_SCATTER_CASTS, repeatability
-from wam_cast.planning.plan import SOLVERS
 from wam_cast.planning.program import (
-    BOUNDS_DEVIATIONS,
     LANDING_UNIT,
-    LARGEST_MARGIN,
-    LARGEST_SHARE,
-    LEAST_SLACK,
+    MARGIN_DEVIATIONS,
+    MAX_MARGIN,
+    MAX_UTILIZATION,
+    MIN_SLACK,
     N_STARTS,
     TERMS,
     build_program,
     plan_by_program,
 )
+from wam_cast.planning.solution import SOLVERS
 from wam_cast.scenario import Noise, Scenario
 
 LOWER, UPPER = cast_bounds(Scenario())
@@ -56,7 +56,7 @@ def test_the_solution_lands_in_the_cups_middle(curved_model, radius):
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
-def test_it_tells_each_search_from_a_known_cast_to_its_end_the_chosen_one_first(curved_model, solver):
+def test_it_tells_each_search_from_a_training_cast_to_its_end_the_chosen_one_first(curved_model, solver):
     solution = plan_by_program(curved_model, 0.75, solver=solver)
     assert 1 < len(solution.searches) <= N_STARTS
     starts, ends = (np.array([path[i] for path in solution.searches]) for i in (0, -1))
@@ -92,7 +92,7 @@ def test_it_finds_the_steepest_entry(make_model, steepest):
 
 
 def test_an_uncertain_landing_is_weighed_against_a_flat_entry(make_model):
-    # The chance is that of (30 mm - 20 mm / cos a) / std: steepest at 0.2, surest at 0.6, best between, where it is greatest.
+    # The probability is that of (30 mm - 20 mm / cos a) / std: steepest at 0.2, surest at 0.6, best between, where it is greatest.
     model = make_model(along=(0.4, 0, 0.2, 0.2), angle=(-0.2, 1, 0, 0))
     model.std = valley(0.6)
     at = np.linspace(0, 1, 100_001)
@@ -100,8 +100,8 @@ def test_an_uncertain_landing_is_weighed_against_a_flat_entry(make_model):
     moved = (0.2 * np.array([repeatability(Scenario()).speed, repeatability(Scenario()).wait])) / (
         UPPER - LOWER
     )[1:]
-    spread = np.sqrt((1e-3 * np.exp((at - 0.6) ** 2)) ** 2 + little + moved @ moved)
-    best = at[np.argmax((0.03 - 0.02 / np.cos(at - 0.2)) / spread)]
+    std = np.sqrt((1e-3 * np.exp((at - 0.6) ** 2)) ** 2 + little + moved @ moved)
+    best = at[np.argmax((0.03 - 0.02 / np.cos(at - 0.2)) / std)]
     assert 0.25 < best < 0.55
     assert scaled(plan_by_program(model, 0.62).parameters)[0] == pytest.approx(best, abs=0.005)
 
@@ -151,7 +151,7 @@ def test_the_string_stays_slack(make_model):
     # Steep would be short of slack: the slack's limit decides, at 6 mm of a string of 0.6 m.
     model = make_model(along=(0.4, 0, 0.2, 0.2), angle=(0, 1, 0, 0), slack=(0.0, 0.02, 0, 0))
     assert scaled(plan_by_program(model, 0.6).parameters)[0] == pytest.approx(
-        LEAST_SLACK * 0.6 / 0.02, abs=1e-3
+        MIN_SLACK * 0.6 / 0.02, abs=1e-3
     )
     assert scaled(plan_by_program(model, 0.6, without=("slack",)).parameters)[0] < 0.05
 
@@ -160,13 +160,13 @@ def test_the_string_stays_slack(make_model):
 def test_the_arm_keeps_a_margin_to_its_limits(make_model, limit):
     model = make_model(along=(0.4, 0, 0.2, 0.2), angle=(0.5, -0.5, 0, 0), **{limit: (0.7, 0.5, 0, 0)})
     assert scaled(plan_by_program(model, 0.6).parameters)[0] == pytest.approx(
-        (LARGEST_SHARE - 0.7) / 0.5, abs=1e-3
+        (MAX_UTILIZATION - 0.7) / 0.5, abs=1e-3
     )
     assert scaled(plan_by_program(model, 0.6, without=("limits",)).parameters)[0] > 0.9
 
 
 def test_a_cup_hardly_wider_than_the_ball_is_planned_for(make_model):
-    # At most of the angles the ball is too wide for it: the clear offset is negative, and its slope still leads to steep casts.
+    # At most of the angles the ball is too wide for it: the clearance is negative, and its slope still leads to steep casts.
     scenario = Scenario.from_dict({"cup": {"inner_radius": 0.0201}})
     model = make_model(along=(0.4, 0, 0.2, 0.2), angle=(-0.3, 1, 0, 0), scenario=scenario)
     assert scaled(plan_by_program(model, 0.6).parameters)[0] == pytest.approx(0.3, abs=0.02)
@@ -207,7 +207,7 @@ def test_bounds_that_scaling_misses_by_rounding_hold_all_the_same(make_model):
 def test_what_noise_makes_of_a_cast_stays_where_the_model_has_seen_casts(make_model, scenario):
     noise = repeatability(scenario)
     deviations = np.array([noise.distance, noise.speed, noise.wait]) / (UPPER - LOWER)
-    margin = np.minimum(BOUNDS_DEVIATIONS * deviations, LARGEST_MARGIN)
+    margin = np.minimum(MARGIN_DEVIATIONS * deviations, MAX_MARGIN)
     model = make_model(along=(0.4, 0.2, 0.2, 0.2), scenario=scenario)
     for radius, corner in ((0.2, margin), (1.2, 1 - margin)):
         np.testing.assert_allclose(scaled(plan_by_program(model, radius).parameters), corner, atol=1e-6)
@@ -217,7 +217,7 @@ def test_what_noise_makes_of_a_cast_stays_where_the_model_has_seen_casts(make_mo
 
 
 def test_of_several_solutions_the_one_of_least_cost_is_kept(make_model):
-    # Two valleys of the model's error, and a known cast in either.
+    # Two valleys of the model's error, and a training cast in either.
     def std(s):
         return (
             2e-3
@@ -263,7 +263,7 @@ def test_beyond_the_models_reach_it_says_so(make_model):
     assert solution.reason.startswith("SNOPT reached the cup from 0 of ")
 
 
-def test_searches_start_from_known_casts_that_landed_nearby_and_are_not_alike(make_model):
+def test_searches_start_from_training_casts_that_landed_nearby_and_are_not_alike(make_model):
     model = make_model()
     known = np.repeat(LOWER + (UPPER - LOWER) * np.array([[0.3, 0.4, 0.5], [0.5, 0.1, 0.5]]), 20, axis=0)
     model.know(known)
@@ -272,7 +272,7 @@ def test_searches_start_from_known_casts_that_landed_nearby_and_are_not_alike(ma
 
 
 @pytest.mark.parametrize("n_known", [1, 2, 5, 7])
-def test_few_known_casts_are_enough(make_model, n_known):
+def test_few_training_casts_are_enough(make_model, n_known):
     model = make_model()
     model.know(model.known_casts[:n_known])
     solution = plan_by_program(model, 0.75)
@@ -375,7 +375,7 @@ def test_evaluations_are_counted_and_shared_by_cost_and_constraints(curved_model
     evaluator.outputs(at)
     evaluator.outputs(at)
     assert evaluator.n_evaluations == 1
-    evaluator.log_spread(at)
+    evaluator.cost(at)
     assert evaluator.n_evaluations == 1 + N_SCATTER_CASTS
     evaluator.outputs(at + 1e-9)
     assert evaluator.n_evaluations == 2 + N_SCATTER_CASTS
@@ -411,9 +411,9 @@ def test_the_program_reads_as_what_it_is(curved_model):
         "move duration",
         "landing in the cup's middle",
         "slack of the string",
-        "motors' torque",
-        "joints' speed",
-        "spread by clear offset, logarithm",
+        "torque utilization",
+        "velocity utilization",
+        "standard deviation by clearance, logarithm",
     ):
         assert part in text
     assert all(f"{name}(0)" in text for name in ("distance", "speed", "wait"))

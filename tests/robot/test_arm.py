@@ -16,6 +16,8 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import SpatialInertia
 
+from wam_cast.arm_model import shoulder_depth
+
 MODELS = Path(__file__).parents[2] / "models"
 URDF = MODELS / "wam7.urdf"
 CEILING = RigidTransform(RollPitchYaw(np.pi, 0, 0), [0, 0, 1.346])
@@ -56,6 +58,12 @@ def random_positions(n, seed=0):
 @pytest.fixture(scope="module")
 def arm():
     return load_arm()
+
+
+def test_axes_of_the_shoulder_meet_as_far_below_the_mounting_face_as_is_read_without_drake(arm):
+    poses = poses_of(arm, random_positions(1)[0])
+    for name in ("link1", "link2", "link3"):
+        np.testing.assert_array_equal(poses[name].translation(), [0, 0, shoulder_depth()])
 
 
 @pytest.fixture(scope="module")

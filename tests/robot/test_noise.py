@@ -25,8 +25,7 @@ from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Noise, Scenario
 from wam_cast.simulation.integration_step import flight_step
 from wam_cast.simulation.outcome import Outcome
-from wam_cast.simulation.simulate import simulate_cast
-from wam_cast.simulation.simulator import CastSimulator
+from wam_cast.simulation.simulator import CastSimulator, simulate_cast
 
 CAST = Cast(0.30, 0.60, 0.10, bearing=1e-3)  # its turn is short
 TYPICAL = Noise.typical()
@@ -116,7 +115,7 @@ def test_streams_share_no_numbers():
 @pytest.mark.parametrize("seed", [-1, 0.5, "one", None])
 def test_seed_that_is_no_whole_number_is_refused(simulator, seed):
     for run in (simulator.simulate, simulator.record, lambda *a, **k: simulate_cast(Scenario(), *a, **k)):
-        with pytest.raises(InputError, match=r"^noise_seed = .* must be a whole number, 0 or more$"):
+        with pytest.raises(InputError, match=r"^noise_seed = .* must be an integer, 0 or more$"):
             run(CAST, noise_seed=seed)
 
 
@@ -278,7 +277,7 @@ def test_torque_noise_keeps_its_seed_in_the_context():
 
 
 def test_every_torque_of_a_recording_is_the_law_of_what_the_encoders_saw_and_the_noise():
-    """In the flight as in the scene: nothing is drawn anew at the hand-over, nor shifted by a sample."""
+    """In the contact-free phase as in that with contact: nothing is drawn anew at the hand-over, nor shifted by a sample."""
     quick = {"hold_duration": 0.4, "pull_duration": 0.4, "slide_duration": 0.4, "retreat_duration": 1.0}
     scenario = Scenario.from_dict({"noise": TYPICAL.model_dump(), "motion": quick})
     noisy, seed = CastSimulator(scenario), 11
@@ -288,7 +287,7 @@ def test_every_torque_of_a_recording_is_the_law_of_what_the_encoders_saw_and_the
     context = controller.CreateDefaultContext()
     along, _ = to_casting_plane(np.array(recording.cup), CAST.bearing)
     controller.set_cast(context, executed_cast(scenario.noise, CAST, seed), cup_radius=along)
-    resolution = encoder_resolution(noisy._flight.plant, TYPICAL.encoder_counts)
+    resolution = encoder_resolution(CastStation(scenario, has_scene=False).plant, TYPICAL.encoder_counts)
     unit = np.concatenate([resolution, resolution / PERIOD])
     n_q = recording.states.shape[1] // 2
     arm_states = recording.states[:, np.r_[0:7, n_q : n_q + 7]]

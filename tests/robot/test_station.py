@@ -37,15 +37,13 @@ class Stub(LeafSystem):
         self.DeclareVectorOutputPort(
             "actuation", 7, lambda context, output: output.SetFromVector(self.torque)
         )
-        for name, size in (("hand", 6), ("hand_desired", 6), ("stage", 1)):
-            self.DeclareVectorOutputPort(name, size, lambda context, output: output.SetZero())
 
     def set_cast(self, context, cast):
         self.casts.append(cast)
 
 
 def started(station, cast=CAST, cup=None, step=0.002):
-    """Return a simulator of `station` at the start of `cast`, under the integrator of a flight."""
+    """Return a simulator of `station` at the start of `cast`, under the integrator of the contact-free phase."""
     simulator = Simulator(station.diagram)
     ResetIntegratorFromFlags(simulator, "runge_kutta2", step)
     station.set_start(simulator.get_mutable_context(), cast, cup)
@@ -58,12 +56,12 @@ def read(station, simulator, name):
 
 
 @pytest.fixture(scope="module")
-def flight():
+def contact_free():
     return CastStation(Scenario(), has_scene=False)
 
 
 @pytest.fixture(scope="module")
-def scene():
+def with_contact():
     return CastStation(Scenario())
 
 
@@ -71,19 +69,19 @@ def scene():
 
 
 @pytest.mark.parametrize("has_scene", [True, False])
-def test_ports_are_exported_by_name(flight, scene, has_scene):
-    diagram = (scene if has_scene else flight).diagram
+def test_ports_are_exported_by_name(contact_free, with_contact, has_scene):
+    diagram = (with_contact if has_scene else contact_free).diagram
     ports = [diagram.get_output_port(i) for i in range(diagram.num_output_ports())]
     assert {port.get_name(): port.size() for port in ports} == PORTS
     assert diagram.num_input_ports() == 0
 
 
-def test_ports_mean_what_they_say(flight):
-    simulator = started(flight)
+def test_ports_mean_what_they_say(contact_free):
+    simulator = started(contact_free)
     simulator.AdvanceTo(0.31)
-    plant_context = flight.plant.GetMyContextFromRoot(simulator.get_context())
-    state = flight.plant.GetPositionsAndVelocities(plant_context)
-    ball, hand = (flight.plant.GetBodyByName(name) for name in ("ball", "tool_plate"))
+    plant_context = contact_free.plant.GetMyContextFromRoot(simulator.get_context())
+    state = contact_free.plant.GetPositionsAndVelocities(plant_context)
+    ball, hand = (contact_free.plant.GetBodyByName(name) for name in ("ball", "tool_plate"))
     expected = {
         "state": state,
         "arm_state": np.r_[state[:7], state[27:34]],
@@ -97,91 +95,102 @@ def test_ports_mean_what_they_say(flight):
         "stage": [0],
     }
     for name, value in expected.items():
-        np.testing.assert_allclose(read(flight, simulator, name), value, atol=1e-12, err_msg=name)
+        np.testing.assert_allclose(read(contact_free, simulator, name), value, atol=1e-12, err_msg=name)
 
 
-def test_torque_port_is_what_moves_the_arm(flight):
-    simulator = started(flight)
+def test_torque_port_is_what_moves_the_arm(contact_free):
+    simulator = started(contact_free)
     simulator.AdvanceTo(0.301)
-    torque = read(flight, simulator, "torque")
-    plant_context = flight.plant.GetMyContextFromRoot(simulator.get_context())
-    actuation = flight.plant.get_actuation_input_port().Eval(plant_context)
+    torque = read(contact_free, simulator, "torque")
+    plant_context = contact_free.plant.GetMyContextFromRoot(simulator.get_context())
+    actuation = contact_free.plant.get_actuation_input_port().Eval(plant_context)
     np.testing.assert_array_equal(torque, actuation)
     assert np.abs(torque).max() > 1
 
 
-def test_graph_names_the_parts(scene):
-    graph = scene.graph()
-    for name in ("plant", "scene_graph", "controller", "hold", "ball_tracker", "state_log", "torque_log"):
+def test_graph_names_the_parts(with_contact):
+    graph = with_contact.graph()
+    for name in (
+        "plant",
+        "scene_graph",
+        "controller",
+        "hold",
+        "ball_tracker",
+        "state_log",
+        "torque_log",
+        "hand_desired_log",
+    ):
         assert name in graph, name
     for name in PORTS:
         assert name in graph, name
     assert graph.startswith("digraph")
 
 
-def test_scene_adds_geometry_and_nothing_else(flight, scene):
-    assert flight.scene_graph is None
-    assert scene.plant.num_collision_geometries() == 1 + 16 + 1 + 1  # ball, wall, bottom, floor
-    assert flight.plant.num_positions() == scene.plant.num_positions() == 27
-    masses = [s.plant.CalcTotalMass(s.plant.CreateDefaultContext()) for s in (flight, scene)]
+def test_contact_adds_geometry_and_nothing_else(contact_free, with_contact):
+    assert contact_free.scene_graph is None
+    assert with_contact.plant.num_collision_geometries() == 1 + 16 + 1 + 1  # ball, wall, bottom, floor
+    assert contact_free.plant.num_positions() == with_contact.plant.num_positions() == 27
+    masses = [s.plant.CalcTotalMass(s.plant.CreateDefaultContext()) for s in (contact_free, with_contact)]
     assert masses[1] - masses[0] == pytest.approx(0.1)  # the cup, which is welded to the floor
 
 
 # ---------------------------------------------------------------- sampling
 
 
-def test_torque_is_held_for_a_period(flight):
-    simulator = started(flight)
+def test_torque_is_held_for_a_period(contact_free):
+    simulator = started(contact_free)
     simulator.AdvanceTo(0.2005)
-    held = read(flight, simulator, "torque")
-    asked = flight.controller.GetOutputPort("actuation")
+    held = read(contact_free, simulator, "torque")
+    asked = contact_free.controller.GetOutputPort("actuation")
 
     def wanted():
-        return asked.Eval(flight.controller.GetMyContextFromRoot(simulator.get_context())).copy()
+        return asked.Eval(contact_free.controller.GetMyContextFromRoot(simulator.get_context())).copy()
 
     for t in (0.2010, 0.2015, 0.2019):
         simulator.AdvanceTo(t)
-        np.testing.assert_array_equal(read(flight, simulator, "torque"), held)
+        np.testing.assert_array_equal(read(contact_free, simulator, "torque"), held)
         assert not np.array_equal(wanted(), held)
     simulator.AdvanceTo(0.202)  # events at the end of an advance wait for the next one
     sampled = wanted()
     simulator.AdvanceTo(0.2025)
-    np.testing.assert_array_equal(read(flight, simulator, "torque"), sampled)
+    np.testing.assert_array_equal(read(contact_free, simulator, "torque"), sampled)
 
 
-def test_logs_have_a_sample_a_period(flight):
-    simulator = started(flight)
+def test_logs_have_a_sample_a_period(contact_free):
+    simulator = started(contact_free)
     simulator.AdvanceTo(0.1)
-    times, states, torques = flight.logged(simulator.get_context())
+    times, states, torques, hand_desired = contact_free.logged(simulator.get_context())
     np.testing.assert_allclose(times, 0.002 * np.arange(51), atol=1e-12)
     assert states.shape == (51, 54)
     assert torques.shape == (51, 7)
-    np.testing.assert_array_equal(states[-1], read(flight, simulator, "state"))
+    np.testing.assert_array_equal(states[-1], read(contact_free, simulator, "state"))
     # Each sample of the torque is the one that was held up to its time.
-    np.testing.assert_array_equal(torques[-1], read(flight, simulator, "torque"))
+    np.testing.assert_array_equal(torques[-1], read(contact_free, simulator, "torque"))
     np.testing.assert_array_equal(torques[0], 0)
+    motion = CastMotion(Scenario(), CAST)
+    np.testing.assert_array_equal(hand_desired, [np.concatenate(motion.evaluate(t)) for t in times])
 
 
 # ---------------------------------------------------------------- the start
 
 
 @pytest.mark.parametrize("bearing", [0.0, 0.4, -1.3])
-def test_start_puts_the_hand_and_the_ball_where_the_scenario_says(flight, bearing):
-    simulator = Simulator(flight.diagram)
-    flight.set_start(simulator.get_mutable_context(), CAST, start_bearing=bearing)
+def test_start_puts_the_hand_and_the_ball_where_the_scenario_says(contact_free, bearing):
+    simulator = Simulator(contact_free.diagram)
+    contact_free.set_start(simulator.get_mutable_context(), CAST, start_bearing=bearing)
     p_WE = np.array([0.20 * np.cos(bearing), 0.20 * np.sin(bearing), 0.80])
-    np.testing.assert_allclose(read(flight, simulator, "hand"), [*p_WE, 0, 0, 0], atol=1e-12)
-    np.testing.assert_allclose(read(flight, simulator, "ball_position"), p_WE - [0, 0, 0.6], atol=1e-12)
-    np.testing.assert_array_equal(read(flight, simulator, "ball_velocity"), 0)
+    np.testing.assert_allclose(read(contact_free, simulator, "hand"), [*p_WE, 0, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(read(contact_free, simulator, "ball_position"), p_WE - [0, 0, 0.6], atol=1e-12)
+    np.testing.assert_array_equal(read(contact_free, simulator, "ball_velocity"), 0)
 
 
-def test_start_forgets_all_that_came_before(scene):
-    used = started(scene, Cast(0.1, 0.3, 0.0, -0.5), cup=(0.5, 0.2))
+def test_start_forgets_all_that_came_before(with_contact):
+    used = started(with_contact, Cast(0.1, 0.3, 0.0, -0.5), cup=(0.5, 0.2))
     used.AdvanceTo(0.15)
     context = used.get_mutable_context()
-    scene.set_start(context, CAST, (0.6, 0.1))
-    fresh = scene.diagram.CreateDefaultContext()
-    scene.set_start(fresh, CAST, (0.6, 0.1))
+    with_contact.set_start(context, CAST, (0.6, 0.1))
+    fresh = with_contact.diagram.CreateDefaultContext()
+    with_contact.set_start(fresh, CAST, (0.6, 0.1))
     assert context.get_time() == 0
     np.testing.assert_array_equal(
         context.get_continuous_state_vector().CopyToVector(),
@@ -190,10 +199,10 @@ def test_start_forgets_all_that_came_before(scene):
     groups = [c.get_discrete_state() for c in (context, fresh)]
     for i in range(groups[0].num_groups()):
         np.testing.assert_array_equal(*(group.get_vector(i).value() for group in groups))
-    assert len(scene.logged(context)[0]) == 0
-    assert scene.controller.get_cast(scene.controller.GetMyContextFromRoot(context)) == CAST
-    scene.set_start(context, CAST)  # the cup of the last cast does not stay either
-    np.testing.assert_allclose(cup_position(scene, context), [0, 0, 0.12], atol=1e-15)
+    assert len(with_contact.logged(context)[0]) == 0
+    assert with_contact.controller.get_cast(with_contact.controller.GetMyContextFromRoot(context)) == CAST
+    with_contact.set_start(context, CAST)  # the cup of the last cast does not stay either
+    np.testing.assert_allclose(cup_position(with_contact, context), [0, 0, 0.12], atol=1e-15)
 
 
 def cup_position(station, context):
@@ -201,11 +210,23 @@ def cup_position(station, context):
     return body.EvalPoseInWorld(station.plant.GetMyContextFromRoot(context)).translation()
 
 
-def test_cup_stands_where_it_is_put_in_its_own_context_only(scene):
-    one, other = scene.diagram.CreateDefaultContext(), scene.diagram.CreateDefaultContext()
-    scene.set_cup(one, (0.7, -0.2))
-    np.testing.assert_allclose(cup_position(scene, one), [0.7, -0.2, 0.12], atol=1e-15)
-    np.testing.assert_allclose(cup_position(scene, other), [0, 0, 0.12], atol=1e-15)
+def test_cup_stands_where_it_is_put_in_its_own_context_only(with_contact):
+    one, other = with_contact.diagram.CreateDefaultContext(), with_contact.diagram.CreateDefaultContext()
+    with_contact.set_cup(one, (0.7, -0.2))
+    np.testing.assert_allclose(cup_position(with_contact, one), [0.7, -0.2, 0.12], atol=1e-15)
+    np.testing.assert_allclose(cup_position(with_contact, other), [0, 0, 0.12], atol=1e-15)
+
+
+@pytest.mark.parametrize("bearing", [0.0, 0.3, -2.0])
+def test_cup_is_turned_to_face_the_base_axis(with_contact, bearing):
+    # Then the flat boxes of its wall meet a ball alike at any bearing.
+    context = with_contact.diagram.CreateDefaultContext()
+    outward = np.array([np.cos(bearing), np.sin(bearing), 0.0])
+    with_contact.set_cup(context, (0.7 * outward[0], 0.7 * outward[1]))
+    body = with_contact.plant.GetBodyByName("cup")
+    R_WC = body.EvalPoseInWorld(with_contact.plant.GetMyContextFromRoot(context)).rotation().matrix()
+    np.testing.assert_allclose(R_WC[:, 0], outward, atol=1e-15)
+    np.testing.assert_allclose(R_WC[:, 2], [0, 0, 1], atol=1e-15)
 
 
 def test_arm_at_rest_holds_still():
@@ -232,7 +253,9 @@ def test_controller_can_be_replaced():
     simulator.AdvanceTo(0.1)
     assert stub.casts == [CAST]
     np.testing.assert_array_equal(read(station, simulator, "torque"), stub.torque)
-    assert read(station, simulator, "hand_desired").tolist() == [0] * 6
+    for name in ("hand", "hand_desired", "stage"):  # which it has not
+        assert not station.diagram.HasOutputPort(name)
+    assert np.isnan(station.logged(simulator.get_context()).hand_desired).all()
     # With nothing that holds it, the arm falls.
     state = read(station, simulator, "arm_state")
     assert np.linalg.norm(state[7:]) > 0.1

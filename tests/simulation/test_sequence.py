@@ -1,4 +1,4 @@
-"""Cup after cup in one go: nothing jumps between two casts, and the second is hardly another for the first."""
+"""Cup after cup without a reset: nothing jumps between two casts, and the second is hardly another for the first."""
 
 import dataclasses
 from itertools import pairwise
@@ -14,8 +14,7 @@ from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Noise, Scenario
 from wam_cast.simulation.outcome import Outcome, Status
 from wam_cast.simulation.recording import Throw
-from wam_cast.simulation.simulate import simulate_cast, simulate_casts
-from wam_cast.simulation.simulator import CastSimulator
+from wam_cast.simulation.simulator import CastSimulator, simulate_cast, simulate_casts
 
 CASTS = [Cast(0.30, 0.60, 0.10), Cast(0.20, 0.30, 0.45, bearing=0.05), Cast(0.30, 0.60, 0.10, bearing=-0.1)]
 
@@ -137,16 +136,16 @@ class Counting(CastController):
 def test_controllers_own_state_goes_on_into_the_cup_and_to_the_next_cast(throws):
     simulator = CastSimulator(Scenario(), make_controller=Counting)
     recordings = simulator.record_sequence(throws[:2])
-    station, simulation = simulator._scene
-    own = station.controller.GetMyContextFromRoot(simulation.get_context())
+    phase = simulator._contact
+    own = phase._station.controller.GetMyContextFromRoot(phase._simulator.get_context())
     n_periods = sum(round(recording.times[-1] / Scenario().controller.period) for recording in recordings)
     assert own.get_discrete_state(0).value()[0] == pytest.approx(n_periods, abs=4)
 
 
-def test_broken_simulation_is_followed_by_a_start_from_rest(simulator, throws):
+def test_diverged_simulation_is_followed_by_a_start_from_rest(simulator, throws):
     wild = Throw(Cast(0.3, 3.0, 0.1), throws[0].cup)
-    broken, after = simulator.simulate_sequence([wild, throws[0]])
-    assert broken.status is Status.DIVERGED
+    diverged, after = simulator.simulate_sequence([wild, throws[0]])
+    assert diverged.status is Status.DIVERGED
     assert_identical(after, simulator.simulate(throws[0].cast, throws[0].cup))
 
 
@@ -189,7 +188,7 @@ def test_controller_that_is_not_told_where_it_starts_cannot_go_on(limp):
 @pytest.mark.slow
 @pytest.mark.parametrize("restitution", [0.25, 0.6])
 def test_order_of_cups_over_the_whole_reach_changes_no_landing_much(restitution):
-    from wam_cast.learning.forward_model import reference_model
+    from wam_cast.learning.reference import reference_model
     from wam_cast.planning.plan import plan_cast
 
     simulator = CastSimulator(Scenario.from_dict({"cup": {"restitution": restitution}}))

@@ -6,16 +6,21 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
+from pydrake.systems.framework import LeafSystem
 from pydrake.systems.primitives import PassThrough
 
 from wam_cast.cast import Cast
 from wam_cast.errors import InputError
 from wam_cast.motion.stages import CastMotion, Stage
+from wam_cast.robot.controller import CastController, HandState
 from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Scenario
-from wam_cast.simulation.outcome import SLACK_MARGIN, BallTrack, Outcome, Status, find_crossing
-from wam_cast.simulation.simulate import simulate_cast
-from wam_cast.simulation.simulator import CastSimulator
+from wam_cast.simulation.ball_and_cup import SLACK_MARGIN, gap_to_contact
+from wam_cast.simulation.contact_free import ContactFreePhase
+from wam_cast.simulation.judge import BallTrack, find_crossing
+from wam_cast.simulation.kinematics import Kinematics
+from wam_cast.simulation.outcome import Outcome, Status
+from wam_cast.simulation.simulator import CastSimulator, simulate_cast
 
 CASTS = [
     Cast(0.30, 0.60, 0.10),
@@ -74,7 +79,7 @@ def test_threads_may_simulate_and_get_the_same(free):
 
 
 def land_error_controlled(cast, accuracy):
-    """Return where the ball of the flight diagram lands under an error-controlled method of third order."""
+    """Return where the ball of the contact-free diagram lands under an error-controlled method of third order."""
     reference = Scenario()
     station = CastStation(reference, has_scene=False)
     integrated = Simulator(station.diagram)
@@ -129,7 +134,7 @@ def test_step_is_short_enough_for_any_damping(free, string):
     assert np.linalg.norm(outcome.landing - free[TYPICAL].landing) < 0.015
 
 
-def test_reference_scenario_flies_at_one_step_a_period(simulator):
+def test_reference_scenario_takes_one_step_a_period(simulator):
     assert simulator.step == 0.002
     assert CastSimulator(scenario(simulation={"max_step": 0.0015})).step == 0.001  # divides the period
 
@@ -137,7 +142,7 @@ def test_reference_scenario_flies_at_one_step_a_period(simulator):
 @pytest.mark.parametrize(
     "wait", [0.05, *(pytest.param(wait, marks=pytest.mark.slow) for wait in (0.02, 0.35, 0.38))]
 )
-def test_last_sample_before_a_look_is_logged_whatever_the_period(wait):
+def test_last_sample_before_a_poll_is_logged_whatever_the_period(wait):
     # Thirty times 3 ms is not ten times 0.03 s in floating point; the crossing may be in the very sample between the two.
     sampled = CastSimulator(scenario(controller={"period": 0.003}))
     cast = dataclasses.replace(TYPICAL, wait=wait)
@@ -195,7 +200,7 @@ def test_cup_at_the_landing_catches(simulator, free, cast):
     assert outcome.status is Status.CAUGHT
     assert outcome.is_caught
     assert outcome.miss < 1e-3
-    # In the last look before the crossing the contact's integrator, of first order, has taken over.
+    # In the last poll before the crossing the contact's integrator, of first order, has taken over.
     np.testing.assert_allclose(outcome.landing, free[cast].landing, atol=5e-4)
 
 
@@ -231,7 +236,7 @@ def test_cup_out_of_reach_changes_no_landing(simulator, free, cast):
 def test_hand_over_to_the_station_with_contact_changes_no_landing(simulator, free, cast):
     outcome = simulator.simulate(cast, tuple(free[cast].landing))
     assert outcome.is_caught
-    # The landing is the free flight's, whatever the rim does to the ball.
+    # The landing is the contact-free phase's, whatever the rim does to the ball.
     np.testing.assert_array_equal(outcome.landing, free[cast].landing)
     radius = np.linalg.norm(free[cast].landing)
     grazed = simulator.simulate(cast, tuple(free[cast].landing * (1 + 0.02 / radius)))
@@ -299,7 +304,7 @@ def test_slack_is_the_least_from_the_landing_until_the_ball_is_below_the_rim(sim
 
 
 @pytest.mark.parametrize("cast", CASTS, ids=str)
-def test_a_cup_changes_nothing_that_is_told_of_the_flight(simulator, free, cast):
+def test_a_cup_changes_nothing_that_is_told_of_the_contact_free_phase(simulator, free, cast):
     for miss in (0.0, 0.025):
         radius = np.linalg.norm(free[cast].landing)
         outcome = simulator.simulate(cast, tuple(free[cast].landing * (1 + miss / radius)))
@@ -326,7 +331,7 @@ def test_ordinary_casts_keep_the_limits_and_their_reference(free):
         assert 1e-4 < outcome.peak_tracking_error < 0.02
 
 
-def test_broken_simulation_is_reported_and_harms_nothing():
+def test_diverged_simulation_is_reported_and_harms_nothing():
     wild = CastSimulator(scenario(controller={"kp": 1e9}))
     for cup in (None, (0.6, 0.0)):
         outcome = wild.simulate(TYPICAL, cup)
@@ -338,9 +343,9 @@ def test_broken_simulation_is_reported_and_harms_nothing():
     assert np.isfinite(recording.p_WL).all()
 
 
-def test_simulator_works_after_a_broken_simulation(simulator, free, monkeypatch):
+def test_simulator_works_after_a_diverged_simulation(simulator, free, monkeypatch):
     # The same simulator, whose ball is thrown out of the world in the middle of a cast.
-    monkeypatch.setattr("wam_cast.simulation.simulator.MAX_SPEED", 1.0)
+    monkeypatch.setattr("wam_cast.simulation.polling.MAX_BALL_SPEED", 1.0)
     assert simulator.simulate(TYPICAL).status is Status.DIVERGED
     assert simulator.simulate(TYPICAL, (0.6, 0.0)).status is Status.DIVERGED
     monkeypatch.undo()
@@ -349,7 +354,7 @@ def test_simulator_works_after_a_broken_simulation(simulator, free, monkeypatch)
 
 def test_state_that_is_not_finite_breaks_no_recording(monkeypatch):
     # Undamped and at too long a step the string blows up within a cast, past the largest number that a float holds.
-    monkeypatch.setattr("wam_cast.simulation.simulator.flight_step", lambda station: 0.002)
+    monkeypatch.setattr("wam_cast.simulation.contact_free.flight_step", lambda station: 0.002)
     broken = CastSimulator(scenario(string={"n_links": 20, "bending_damping": 0.0}))
     recording = broken.record(TYPICAL)
     assert recording.outcome.status is Status.DIVERGED
@@ -418,7 +423,7 @@ def test_ball_starts_at_rest_below_the_hand(caught):
     np.testing.assert_allclose(caught.p_WE[0], caught.p_WE_desired[0], atol=1e-12)
 
 
-def test_broken_cast_says_which_limits_it_met_before(simulator):
+def test_diverged_cast_says_which_limits_it_met_before(simulator):
     # Ten times as fast as the bounds allow: the motors saturate, then the string's end runs away.
     outcome = simulator.simulate(Cast(0.3, 3.0, 0.1))
     assert outcome.status is Status.DIVERGED
@@ -439,6 +444,59 @@ def test_string_that_takes_too_short_steps_is_refused():
 def test_own_controller_takes_the_place_of_ours(limp):
     outcome = CastSimulator(Scenario(), make_controller=limp).simulate(TYPICAL)
     assert outcome.peak_load.max() == 0.0
-    assert outcome.peak_tracking_error > 0.05
+    assert outcome.peak_tracking_error > 0.05  # from what it says that it wants, which is zero
     with pytest.raises(InputError, match="set_cast"):
         CastStation(Scenario(), controller=PassThrough(14))
+
+
+class Silent(LeafSystem):
+    """A controller with no ports but those that it needs."""
+
+    def __init__(self, _scenario):
+        super().__init__()
+        self.DeclareVectorInputPort("arm_state", 14)
+        self.DeclareVectorOutputPort("actuation", 7, lambda context, output: output.SetZero())
+
+    def set_cast(self, context, cast):
+        pass
+
+
+def test_controller_that_does_not_say_what_it_wants_of_the_hand_is_not_scored():
+    simulator = CastSimulator(Scenario(), make_controller=Silent)
+    assert np.isnan(simulator.simulate(TYPICAL).peak_tracking_error)
+    recording = simulator.record(TYPICAL, (0.6, 0.0), returns=False)
+    assert np.isnan(recording.outcome.peak_tracking_error)
+    assert np.isnan(recording.p_WE_desired).all()
+    assert recording.p_WE_desired.shape == recording.p_WE.shape
+
+
+class Elsewhere(CastController):
+    """Does what ours does, and says that it wants the hand 0.3 m higher."""
+
+    def hand_desired(self, t, motion):
+        p_WE, v_WE = motion.evaluate(t)
+        return p_WE + np.array([0, 0, 0.3]), v_WE
+
+    def torque(self, t, arm, desired, motion):
+        return super().torque(t, arm, HandState(*motion.evaluate(t)), motion)
+
+
+def test_controller_is_scored_against_what_it_wants_of_the_hand(free):
+    simulator = CastSimulator(Scenario(), make_controller=Elsewhere)
+    outcome = simulator.simulate(TYPICAL)
+    np.testing.assert_array_equal(outcome.landing, free[TYPICAL].landing)
+    assert outcome.peak_tracking_error == pytest.approx(0.3, abs=0.02)
+
+
+def test_ball_is_handed_over_to_the_contact_phase_before_it_can_touch_anything(free):
+    phase = ContactFreePhase(Scenario(), CastController(Scenario()))
+    for cast, outward in ((TYPICAL, 0.0), (TYPICAL, -0.045), (TYPICAL, -0.2), (CASTS[4], 0.045)):
+        radius = np.linalg.norm(free[cast].landing)
+        cup = tuple(free[cast].landing * (1 + outward / radius))
+        phase_end = phase.run(cast, cup)
+        p_WL, _, _ = Kinematics(phase.station.plant).evaluate(phase_end.log_to_hand_over.states)
+        gaps = [gap_to_contact(p, cup, Scenario()) for p in p_WL]
+        assert phase_end.comes_near
+        assert phase_end.log_to_hand_over.times[-1] == pytest.approx(phase_end.hand_over.time, abs=1e-9)
+        assert min(gaps) > 0
+        assert gaps[-1] < 0.03  # and not long before

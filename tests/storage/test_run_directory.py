@@ -1,39 +1,54 @@
 """A run's directory: phases that are finished are kept, and no other run's are taken for them."""
 
-import json
 import re
+import subprocess
+import sys
 import time
 from contextlib import suppress
-from dataclasses import replace
-from pathlib import Path
+from dataclasses import dataclass
 
 import pytest
+from pydantic import BaseModel
 
-import wam_cast as wc
-from wam_cast.experiments.paper.results import Statistics
-from wam_cast.experiments.paper.settings import Settings
-from wam_cast.scenario import Noise
+from wam_cast.errors import InputError
+from wam_cast.scenario import Scenario
 from wam_cast.storage.run_directory import RunDirectory
 
-FOUND = Statistics(n=3, mean=0.1, median=0.2, p95=None, max=1 / 3)
+IDENTITY = {"scenario": {"ball": {"mass": 0.03}}, "seed": 0, "n_casts": 170, "versions": {"drake": "1"}}
 
 
-@pytest.fixture
-def settings():
-    return Settings.of(wc.Scenario(), seed=0, quick=True)
+class Statistics(BaseModel):
+    n: int
+    mean: float
+    p95: float | None
+
+
+@dataclass
+class Count:
+    n: int
+
+
+FOUND = Statistics(n=3, mean=1 / 3, p95=None)
+
+
+def begin(path, **changes):
+    return RunDirectory(path, IDENTITY | changes, Scenario())
 
 
 def never():
     raise AssertionError("computed again")
 
 
-def test_a_finished_phase_comes_back_as_it_was(tmp_path, settings):
-    RunDirectory(tmp_path, settings).phase("a", Statistics, lambda: FOUND)
-    assert RunDirectory(tmp_path, settings).phase("a", Statistics, never) == FOUND
+@pytest.mark.parametrize(
+    ("kind", "found"), [(Statistics, FOUND), (Count, Count(3)), (dict[str, float], {"mean": 1 / 3})]
+)
+def test_a_finished_phase_comes_back_as_it_was(tmp_path, kind, found):
+    assert begin(tmp_path).phase("a", kind, lambda: found) is found
+    assert begin(tmp_path).phase("a", kind, never) == found
 
 
-def test_a_phase_that_failed_leaves_nothing(tmp_path, settings):
-    directory = RunDirectory(tmp_path, settings)
+def test_a_phase_that_failed_leaves_nothing(tmp_path):
+    directory = begin(tmp_path)
 
     def interrupted():
         raise KeyboardInterrupt
@@ -44,8 +59,8 @@ def test_a_phase_that_failed_leaves_nothing(tmp_path, settings):
 
 
 @pytest.mark.parametrize("content", ["", "{", "{}", '{"mean": 1}', "[]"])
-def test_a_broken_file_is_computed_again(tmp_path, settings, content):
-    directory = RunDirectory(tmp_path, settings)
+def test_a_broken_file_is_computed_again(tmp_path, content):
+    directory = begin(tmp_path)
     directory.phase("a", Statistics, lambda: FOUND)
     (tmp_path / "phases" / "a.json").write_text(content)
     assert directory.phase("a", Statistics, lambda: FOUND) == FOUND
@@ -54,57 +69,58 @@ def test_a_broken_file_is_computed_again(tmp_path, settings, content):
 @pytest.mark.parametrize(
     ("other", "difference"),
     [
-        (Settings.of(wc.Scenario(), seed=1, quick=True), "seed (0, not 1)"),
-        (Settings.of(wc.Scenario(), seed=0, quick=False), "n_casts (170, not 1700)"),
-        (
-            Settings.of(wc.Scenario(ball={"mass": 0.04}), seed=0, quick=True),
-            "scenario.ball.mass (0.03, not 0.04)",
-        ),
-        (
-            Settings.of(wc.Scenario(noise=Noise(wait=0.01)), seed=0, quick=True),
-            "noise.distance (0.003, not 0.0)",
-        ),
-        (replace(Settings.of(wc.Scenario(), seed=0, quick=True), n_repeats=4), "n_repeats (3, not 4)"),
+        ({"seed": 1}, "seed (0, not 1)"),
+        ({"n_casts": 1700}, "n_casts (170, not 1700)"),
+        ({"scenario": {"ball": {"mass": 0.04}}}, "scenario.ball.mass (0.03, not 0.04)"),
+        ({"versions": {"drake": "1", "numpy": "2"}}, "versions.numpy (None, not '2')"),
+        ({"versions": {}}, "versions.drake ('1', not None)"),
     ],
 )
-def test_another_run_is_refused(tmp_path, settings, other, difference):
-    RunDirectory(tmp_path, settings)
-    with pytest.raises(wc.InputError, match=re.escape(f"another {difference}")):
-        RunDirectory(tmp_path, other)
+def test_another_run_is_refused(tmp_path, other, difference):
+    begin(tmp_path)
+    with pytest.raises(InputError, match=re.escape(f"a run of the experiment with another {difference};")):
+        begin(tmp_path, **other)
 
 
-@pytest.mark.parametrize(
-    ("value", "other", "name"),
-    [
-        ('"drake": "', '"drake": "0.', r"versions\.drake"),
-        ('"code": "', '"code": "0', "code"),
-        ('"fingerprint": "', '"fingerprint": "0', "fingerprint"),
-    ],
-)
-def test_a_run_with_other_software_or_another_arm_is_refused(tmp_path, settings, value, other, name):
-    RunDirectory(tmp_path, settings)
-    path = tmp_path / "settings.json"
-    path.write_text(path.read_text().replace(value, other))
-    with pytest.raises(wc.InputError, match=f"another {name}"):
-        RunDirectory(tmp_path, settings)
-
-
-def test_a_run_that_stopped_while_it_began_goes_on(tmp_path, settings):
-    RunDirectory(tmp_path, settings)
+def test_a_run_that_stopped_while_it_began_goes_on(tmp_path):
+    begin(tmp_path)
     (tmp_path / "scenario.yaml").unlink()
-    RunDirectory(tmp_path, settings)
-    assert wc.Scenario.from_yaml(tmp_path / "scenario.yaml") == wc.Scenario()
+    begin(tmp_path)
+    assert Scenario.from_yaml(tmp_path / "scenario.yaml") == Scenario()
 
 
-def test_two_runs_keep_out_of_each_others_way(tmp_path, settings):
-    with RunDirectory(tmp_path, settings), pytest.raises(wc.InputError, match="another run is at work"):
-        RunDirectory(tmp_path, settings).__enter__()
-    with RunDirectory(tmp_path, settings):
+def test_two_runs_keep_out_of_each_others_way(tmp_path):
+    with begin(tmp_path), pytest.raises(InputError, match="another run is at work"):
+        begin(tmp_path).__enter__()
+    with begin(tmp_path):
         pass  # the first one has gone
 
 
-def test_time_of_interrupted_attempts_counts(tmp_path, settings):
-    directory = RunDirectory(tmp_path, settings)
+HOLD = """
+import sys
+from wam_cast.scenario import Scenario
+from wam_cast.storage.run_directory import RunDirectory
+
+with RunDirectory(sys.argv[1], {}, Scenario()):
+    print("at work", flush=True)
+    sys.stdin.read()
+"""
+
+
+def test_a_run_that_was_killed_keeps_nobody_out(tmp_path):
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+    with subprocess.Popen([sys.executable, "-c", HOLD, tmp_path], text=True, **pipes) as other:
+        assert other.stdout.readline() == "at work\n"
+        with pytest.raises(InputError, match="another run is at work"):
+            RunDirectory(tmp_path, {}, Scenario()).__enter__()
+        other.kill()
+        other.wait()
+        with RunDirectory(tmp_path, {}, Scenario()):
+            pass
+
+
+def test_time_of_interrupted_attempts_counts(tmp_path):
+    directory = begin(tmp_path)
     for end in (KeyboardInterrupt, ValueError, None):
         with suppress(KeyboardInterrupt, ValueError), directory.timed("a"):
             time.sleep(0.02)
@@ -113,48 +129,23 @@ def test_time_of_interrupted_attempts_counts(tmp_path, settings):
     assert 0.06 <= directory.wall_seconds()["a"] < 1
 
 
-def test_something_else_is_left_alone(tmp_path, settings):
+def test_something_else_is_left_alone(tmp_path):
     (tmp_path / "thesis.tex").write_text("mine")
-    with pytest.raises(wc.InputError, match=r"holds thesis\.tex"):
-        RunDirectory(tmp_path, settings)
+    with pytest.raises(InputError, match=r"holds thesis\.tex and no run"):
+        begin(tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
 
 
-def test_what_cannot_be_written_says_so(tmp_path, settings):
+def test_what_cannot_be_written_says_so(tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(wc.InputError, match="cannot be written"):
-        RunDirectory(tmp_path / "file" / "run", settings)
+    for path in (tmp_path / "file", tmp_path / "file" / "run"):
+        with pytest.raises(InputError, match="cannot be written"):
+            begin(path)
 
 
-def test_settings_that_cannot_be_read_say_so(tmp_path, settings):
-    RunDirectory(tmp_path, settings)
-    (tmp_path / "settings.json").write_text("[")
-    with pytest.raises(wc.InputError, match="cannot be read"):
-        RunDirectory(tmp_path, settings)
-
-
-def test_the_scenario_beside_the_report_repeats_the_run(tmp_path):
-    asked = wc.Scenario(ball={"mass": 0.04}, noise=Noise(wait=0.01))
-    settings = Settings.of(asked, seed=3, quick=True)
-    RunDirectory(tmp_path, settings)
-    stored = wc.Scenario.from_yaml(tmp_path / "scenario.yaml")
-    assert Settings.of(stored, seed=3, quick=True).identity == settings.identity
-    assert f"--scenario {tmp_path / 'scenario.yaml'}" in settings.command(tmp_path)
-
-
-def test_the_reference_needs_no_scenario_file(settings):
-    assert settings.command(Path("my run")) == "wam-cast reproduce --seed 0 --out 'my run' --quick"
-
-
-@pytest.mark.parametrize("seed", [-1, 0.5, "one"])
-def test_a_seed_that_is_none_is_refused_before_anything_is_written(tmp_path, seed):
-    with pytest.raises(wc.InputError, match=r"seed = .* must be a whole number, 0 or more"):
-        wc.reproduce(wc.Scenario(), tmp_path / "run", seed=seed)
-    assert not (tmp_path / "run").exists()
-
-
-def test_settings_keep_noise_out_of_the_main_part():
-    settings = Settings.of(wc.Scenario(noise=Noise(wait=0.01)), seed=0, quick=True)
-    assert not settings.scenario.noise.is_on
-    assert settings.noisy_scenario.noise.wait == 0.01
-    assert json.dumps(settings.identity)
+@pytest.mark.parametrize("content", ["[", "[]"])
+def test_settings_that_cannot_be_read_say_so(tmp_path, content):
+    begin(tmp_path)
+    (tmp_path / "settings.json").write_text(content)
+    with pytest.raises(InputError, match="cannot be read"):
+        begin(tmp_path)

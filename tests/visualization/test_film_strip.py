@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from wam_cast.errors import InputError
 from wam_cast.motion.stages import Stage
 from wam_cast.robot.plant import STRING_COLOR
-from wam_cast.simulation.outcome import is_inside
+from wam_cast.simulation.ball_and_cup import is_inside
 from wam_cast.visualization.camera import Camera, view_rotation
 from wam_cast.visualization.film_strip import (
     choose_moments,

@@ -6,7 +6,7 @@ import sys
 def main() -> None:
     """Run the command line; also while its parts are still being loaded, Ctrl-C ends it with code 130 and no traceback."""
     try:
-        from wam_cast.cli.commands import main as run
+        from wam_cast.cli.entry import run
 
         run()
     except KeyboardInterrupt:

@@ -7,27 +7,23 @@ plane too.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import Executor
-from contextlib import closing
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
+import pandas as pd
 
-from wam_cast.casting_plane import from_polar, to_casting_plane, to_polar
 from wam_cast.errors import checked_whole_number
-from wam_cast.experiments.paper.results import Result, maybe_float, to_array
-from wam_cast.experiments.statistics import wilson_interval
+from wam_cast.experiments.frames import Record, records, to_plain
+from wam_cast.experiments.trials import Trial, execute, hits, lost_as_diverged
 from wam_cast.parallel.seeds import Purpose, derived_seed
-from wam_cast.parallel.workers import Workers, run_rows
-from wam_cast.planning.plan import Method, Plan, Solver, plan_cast
+from wam_cast.parallel.workers import Workers
+from wam_cast.planning.plan import Method, Plan, plan_cast
 from wam_cast.planning.prediction import Predictor
 from wam_cast.planning.reach import Reach
-from wam_cast.scenario import Scenario
-from wam_cast.simulation.outcome import Outcome, Status
-from wam_cast.simulation.simulate import simulate_cast
+from wam_cast.planning.solution import Solver
 
 OnProgress = Callable[[str, int, int], None]
 """Takes what is being done, how much of it is done, and how much there is."""
@@ -42,7 +38,7 @@ class MapSize:
     Raises
     ------
     InputError
-        If they are no whole numbers, or less than 2, 2 and 1.
+        If they are no integers, or less than 2, 2 and 1.
     """
 
     n_radii: int = 12
@@ -55,90 +51,62 @@ class MapSize:
         checked_whole_number("n_casts", self.n_casts, 1)
 
 
-class MappedCast(Result):
-    """An executed cast for a cup at a bearing from the x axis toward y [rad].
-
-    `along` and `lateral` are where the ball came down, counted from the cup's axis: outward from the base axis, and to the left as
-    seen from there [m]; like `miss`, the distance, None if it never came down.
-    """
-
-    bearing: float
-    noise_seed: int
-    status: str
-    along: float | None
-    lateral: float | None
-    miss: float | None
-
-    @property
-    def is_caught(self) -> bool:
-        """Whether the ball rests in the cup."""
-        return self.status == Status.CAUGHT
-
-
-class Scatter(Result):
-    """Mean and standard deviation of several offsets [m], None if there are none."""
-
-    mean: float | None
-    std: float | None
-
-
-class Ring(Result):
-    """Cups at one radius: what is predicted for all of them, and what became of the casts.
+@dataclass(frozen=True, eq=False)
+class FloorMap:
+    """The map.
 
     Attributes
     ----------
-    radius
-        Of the cups, from the base axis [m].
-    distance, speed, wait
-        Of the cast [m], [m/s], [s].
-    predicted_along
-        Where the ball is expected, counted from the cup's axis outward [m].
-    predicted_miss, predicted_spread, clear_entry_probability, is_feasible
-        As of a `Plan`.
-    along, lateral
-        What is executed, over all casts that came down.
-    hit_rate, hit_interval
-        Share of caught balls with Wilson's 95 % interval.
+    radii, bearings
+        Between which the region lies [m], [rad].
+    is_noisy, planner, seed
+        How it was made.
+    casts
+        All trials, radius by radius from the inside out; for the columns see the module `trials`.
     """
-
-    radius: float
-    distance: float
-    speed: float
-    wait: float
-    predicted_along: float
-    predicted_miss: float
-    predicted_spread: tuple[float, float]
-    clear_entry_probability: float
-    is_feasible: bool
-    along: Scatter
-    lateral: Scatter
-    n_casts: int
-    n_caught: int
-    hit_rate: float
-    hit_interval: tuple[float, float]
-    casts: tuple[MappedCast, ...]
-
-
-class FloorMap(Result):
-    """The map: the region between two radii [m] and two bearings [rad], and its rings from the inside out."""
 
     radii: tuple[float, float]
     bearings: tuple[float, float]
     is_noisy: bool
     planner: str
     seed: int
-    n_casts: int
-    n_caught: int
-    rings: tuple[Ring, ...]
+    casts: pd.DataFrame
 
+    @cached_property
+    def rings(self) -> pd.DataFrame:
+        """A row for the cups at each radius.
 
-@dataclass(frozen=True)
-class _Job:
-    """A plan turned to a bearing [rad], and what draws its noise."""
+        radius [m]; distance, speed, wait       of the cast [m], [m/s], [s]
+        predicted_along         where the ball is expected, counted from the cup's axis outward [m]
+        predicted_miss, predicted_spread, clear_entry_probability, is_feasible      as of a `Plan`
+        along, lateral          what is executed: mean and std [m] over all casts that came down, None if none did
+        n_casts, n_caught, hit_rate, hit_interval       how many were caught, with Wilson's 95 % interval of the rate
+        """
+        return pd.DataFrame([_ring(casts) for _, casts in self.casts.groupby("radius")])
 
-    plan: Plan
-    bearing: float
-    noise_seed: int
+    @property
+    def n_caught(self) -> int:
+        """How many of all casts were caught."""
+        return int(self.casts["is_caught"].sum())
+
+    def record(self) -> Record:
+        """Return the whole map as JSON knows it: its rings, each with its casts."""
+        rings, names = records(self.rings), ["bearing", "noise_seed", "status", "along", "lateral", "miss"]
+        casts = self.casts.drop(columns="bearing").rename(columns={"cup_bearing": "bearing"})
+        for ring, (_, group) in zip(rings, casts.groupby("radius"), strict=True):
+            ring["casts"] = records(group[names])
+        content = {
+            "radii": self.radii,
+            "bearings": self.bearings,
+            "is_noisy": self.is_noisy,
+            "planner": self.planner,
+            "seed": self.seed,
+            "n_casts": len(self.casts),
+            "n_caught": self.n_caught,
+            "rings": rings,
+        }
+        plain: Record = to_plain(content)
+        return plain
 
 
 def map_floor(
@@ -172,7 +140,7 @@ def map_floor(
     Raises
     ------
     InputError
-        If there is no such method or solver, or the seed is no whole number from 0 on.
+        If there is no such method or solver, or the seed is no integer from 0 on.
     """
     size, reach, scenario = size or MapSize(), Reach.of(model), model.scenario
     seed = checked_whole_number("seed", seed, 0)
@@ -183,74 +151,50 @@ def map_floor(
     bearings = np.linspace(reach.lowest, reach.highest, size.n_bearings)
     n_repeats = size.n_casts if scenario.noise.is_on else 1
     turned = [(plan, float(bearing)) for plan in plans for bearing in bearings for _ in range(n_repeats)]
-    jobs = [_Job(*pair, derived_seed(seed, Purpose.MAP, row)) for row, pair in enumerate(turned)]
-    casts: list[MappedCast] = []
-    with closing(run_rows(partial(_execute, scenario, jobs), range(len(jobs)), executor, n_workers)) as done:
-        on_progress("casting", 0, len(jobs))
-        for job, outcome in zip(jobs, done, strict=True):
-            casts.append(_mapped(job, outcome))
-            on_progress("casting", len(casts), len(jobs))
-    n_each = len(jobs) // len(plans)
-    rings = [make_ring(plan, casts[i * n_each : (i + 1) * n_each]) for i, plan in enumerate(plans)]
+    trials = [_trial(*pair, derived_seed(seed, Purpose.MAP, row)) for row, pair in enumerate(turned)]
+    on_progress("casting", 0, len(trials))
+    report = partial(on_progress, "casting")
+    casts = execute(scenario, trials, executor, n_workers, report=lambda done: report(done, len(trials)))
     return FloorMap(
         radii=(reach.nearest, reach.farthest),
         bearings=(reach.lowest, reach.highest),
         is_noisy=scenario.noise.is_on,
         planner=method,
         seed=seed,
-        n_casts=len(casts),
-        n_caught=sum(ring.n_caught for ring in rings),
-        rings=tuple(rings),
+        casts=lost_as_diverged(casts),
     )
 
 
-def _execute(scenario: Scenario, jobs: Sequence[_Job], row: int) -> Outcome:
-    job = jobs[row]
-    cast = replace(job.plan.cast, bearing=job.plan.cast.bearing + job.bearing)
-    cup = from_polar(job.plan.cup[0], job.bearing)
-    return simulate_cast(scenario, cast, cup, noise_seed=job.noise_seed)
+def _trial(plan: Plan, bearing: float, noise_seed: int) -> Trial:
+    """Return the trial of a plan for a cup on the x axis that is turned to a bearing [rad]."""
+    cast = replace(plan.cast, bearing=plan.cast.bearing + bearing)
+    return Trial(cast, (plan.cup[0], bearing), noise_seed, plan=plan)
 
 
-def _mapped(job: _Job, outcome: Outcome | None) -> MappedCast:
-    """Return what became of a cast; without an outcome its simulation has brought down its process."""
-    landing = np.full(2, math.nan) if outcome is None else outcome.landing
-    # In the plane through the cup, from which the casting plane may differ by what the ball was expected to land beside it.
-    along, lateral = to_casting_plane(landing, job.bearing)
-    return MappedCast(
-        bearing=job.bearing,
-        noise_seed=job.noise_seed,
-        status=(Status.DIVERGED if outcome is None else outcome.status).value,
-        along=maybe_float(along - job.plan.cup[0]),
-        lateral=maybe_float(lateral),
-        miss=None if outcome is None else maybe_float(outcome.miss),
-    )
+def _ring(casts: pd.DataFrame) -> Record:
+    one, caught = casts.iloc[0], hits(casts)
+    return {
+        "radius": one["radius"],
+        "distance": one["distance"],
+        "speed": one["speed"],
+        "wait": one["wait"],
+        "predicted_along": one["predicted_offset"],
+        "predicted_miss": one["predicted_miss"],
+        "predicted_spread": (one["std_along"], one["std_across"]),
+        "clear_entry_probability": one["clear_entry_probability"],
+        "is_feasible": one["is_feasible"],
+        "along": _scatter(casts["along"]),
+        "lateral": _scatter(casts["lateral"]),
+        "n_casts": caught["n_cups"],
+        "n_caught": caught["n_caught"],
+        "hit_rate": caught["hit_rate"],
+        "hit_interval": caught["hit_interval"],
+    }
 
 
-def make_ring(plan: Plan, casts: Sequence[MappedCast]) -> Ring:
-    """Return a plan for a cup on the x axis, with what became of it at all bearings."""
-    radius, n_caught = plan.cup[0], sum(cast.is_caught for cast in casts)
-    return Ring(
-        radius=radius,
-        distance=plan.cast.distance,
-        speed=plan.cast.speed,
-        wait=plan.cast.wait,
-        predicted_along=to_polar((plan.predicted_landing[0], plan.predicted_landing[1]))[0] - radius,
-        predicted_miss=plan.predicted_miss,
-        predicted_spread=plan.predicted_spread,
-        clear_entry_probability=plan.clear_entry_probability,
-        is_feasible=plan.is_feasible,
-        along=_scatter([cast.along for cast in casts]),
-        lateral=_scatter([cast.lateral for cast in casts]),
-        n_casts=len(casts),
-        n_caught=n_caught,
-        hit_rate=n_caught / len(casts),
-        hit_interval=wilson_interval(n_caught, len(casts)),
-        casts=tuple(casts),
-    )
-
-
-def _scatter(offsets: Sequence[float | None]) -> Scatter:
-    known = to_array(offset for offset in offsets if offset is not None)
+def _scatter(offsets: pd.Series[float]) -> dict[str, float | None]:
+    """Return mean and standard deviation [m] of the offsets that exist."""
+    known = offsets.dropna().to_numpy()
     if len(known) == 0:
-        return Scatter(mean=None, std=None)
-    return Scatter(mean=float(np.mean(known)), std=float(np.std(known)))
+        return {"mean": None, "std": None}
+    return {"mean": float(np.mean(known)), "std": float(np.std(known))}

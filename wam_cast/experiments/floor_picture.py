@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from itertools import groupby
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from wam_cast.casting_plane import from_polar
 from wam_cast.experiments.floor_map import FloorMap
-from wam_cast.experiments.paper.results import to_array
 from wam_cast.visualization.figures.floor_map import draw_chances, draw_floor, draw_offsets
 from wam_cast.visualization.figures.looks import ABOVE, draw_legend
 from wam_cast.visualization.picture_files import write_figure
@@ -43,57 +40,44 @@ def draw_floor_picture(floor: FloorMap) -> Figure:
     _draw_top_view(left.subplots(), floor)
     along, lateral, chances = right.subplots(3, 1, sharex=True)
     _draw_profiles(along, lateral, floor)
-    radii = np.array([ring.radius for ring in floor.rings])
-    probability = np.array([ring.clear_entry_probability for ring in floor.rings])
-    rate = np.array([ring.hit_rate for ring in floor.rings])
-    low, high = np.array([ring.hit_interval for ring in floor.rings]).T
+    rings = floor.rings
+    low, high = np.array(rings["hit_interval"].tolist()).T
+    radii, probability, rate = (
+        rings[name].to_numpy() for name in ("radius", "clear_entry_probability", "hit_rate")
+    )
     draw_chances(chances, radii, probability, rate, low, high)
     right.align_ylabels()
     return figure
 
 
 def _draw_top_view(axes: Axes, floor: FloorMap) -> None:
-    cups, shares = [], []
-    for ring in floor.rings:
-        for bearing, casts in groupby(ring.casts, key=lambda cast: cast.bearing):
-            cups.append(from_polar(ring.radius, bearing))
-            shares.append(np.mean([cast.is_caught for cast in casts]))
+    cups = floor.casts.groupby(["radius", "cup_bearing"])[["cup_x", "cup_y", "is_caught"]].mean()
     draw_floor(
         axes,
-        np.array([ring.radius for ring in floor.rings]),
-        np.array([ring.clear_entry_probability for ring in floor.rings]),
+        floor.rings["radius"].to_numpy(),
+        floor.rings["clear_entry_probability"].to_numpy(),
         bearings=floor.bearings,
-        cups=np.array(cups),
-        share_caught=np.array(shares),
+        cups=cups[["cup_x", "cup_y"]].to_numpy(),
+        share_caught=cups["is_caught"].to_numpy(),
     )
 
 
 def _draw_profiles(along: Axes, lateral: Axes, floor: FloorMap) -> None:
-    rings = floor.rings
-    radii = np.array([ring.radius for ring in rings])
-    spread = np.array([ring.predicted_spread for ring in rings])
-    casts = [(ring.radius, cast) for ring in rings for cast in ring.casts]
-    cups = np.array([radius for radius, _ in casts])
-    is_caught = np.array([cast.is_caught for _, cast in casts])
-    for axes, predicted, deviation, executed, direction in (
-        (
-            along,
-            [ring.predicted_along for ring in rings],
-            spread[:, 0],
-            [c.along for _, c in casts],
-            "miss along",
-        ),
+    rings, casts = floor.rings, floor.casts
+    std_along, std_lateral = np.array(rings["predicted_spread"].tolist()).T
+    for axes, predicted, std, direction in (
+        (along, rings["predicted_along"].to_numpy(), std_along, "along"),
         # Plans turn the casting plane so that the ball is expected on the line to the cup.
-        (lateral, np.zeros(len(rings)), spread[:, 1], [c.lateral for _, c in casts], "miss lateral"),
+        (lateral, np.zeros(len(rings)), std_lateral, "lateral"),
     ):
         draw_offsets(
             axes,
-            radii,
-            np.array(predicted),
-            deviation,
-            cups,
-            to_array(executed),
-            is_caught=is_caught,
-            direction=direction,
+            rings["radius"].to_numpy(),
+            predicted,
+            std,
+            casts["radius"].to_numpy(),
+            casts[direction].to_numpy(),
+            is_caught=casts["is_caught"].to_numpy(),
+            direction=f"miss {direction}",
         )
     draw_legend(along, ncols=2, **ABOVE)

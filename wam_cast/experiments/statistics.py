@@ -2,11 +2,36 @@
 
 from __future__ import annotations
 
+from typing import TypedDict
+
 import numpy as np
 from scipy.stats import binomtest, bootstrap, norm
 
-from wam_cast.experiments.paper.results import Statistics
 from wam_cast.types import Array
+
+
+class Statistics(TypedDict):
+    """How many finite values there are, and their mean, median, 95th percentile and maximum, None if there are none."""
+
+    n: int
+    mean: float | None
+    median: float | None
+    p95: float | None
+    max: float | None
+
+
+def describe(values: Array) -> Statistics:
+    """Return the statistics of the finite ones among `values`, shape (n,)."""
+    finite = values[np.isfinite(values)]
+    if len(finite) == 0:
+        return Statistics(n=0, mean=None, median=None, p95=None, max=None)
+    return Statistics(
+        n=len(finite),
+        mean=float(np.mean(finite)),
+        median=float(np.median(finite)),
+        p95=float(np.percentile(finite, 95)),
+        max=float(np.max(finite)),
+    )
 
 
 def rmse(residuals: Array) -> float:
@@ -34,20 +59,6 @@ def wilson_interval(n_hits: int, n: int) -> tuple[float, float]:
     """Return Wilson's 95 % interval of a rate."""
     interval = binomtest(n_hits, n).proportion_ci(method="wilson")
     return float(interval.low), float(interval.high)
-
-
-def describe(values: Array) -> Statistics:
-    """Return mean, median, 95th percentile and maximum of the finite ones among `values`, shape (n,)."""
-    finite = values[np.isfinite(values)]
-    if len(finite) == 0:
-        return Statistics(n=0, mean=None, median=None, p95=None, max=None)
-    return Statistics(
-        n=len(finite),
-        mean=float(np.mean(finite)),
-        median=float(np.median(finite)),
-        p95=float(np.percentile(finite, 95)),
-        max=float(np.max(finite)),
-    )
 
 
 def coverage(residuals: Array, std: Array, shares: Array) -> Array:

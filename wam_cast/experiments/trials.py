@@ -1,68 +1,91 @@
-"""Casts that were planned for random cups, executed with contact."""
+"""Trials: casts for cups, executed with contact; what became of them is one frame, a row a trial.
+
+label, planner          who planned, in the words of the study and by the planner's name ("" where a cast has no plan)
+radius, cup_bearing     of the cup about the base axis [m], [rad]
+cup_x, cup_y            the same in the world [m]
+distance, speed, wait, bearing      the cast [m], [m/s], [s], [rad]
+noise_seed              what draws its noise
+is_feasible             as of the `Plan`; like all that is predicted it is missing (False, nan) where a cast has no plan
+predicted_offset        where the ball is expected, outward from the cup's axis [m]
+predicted_miss          its distance from there [m]
+std_along, std_across   predictive standard deviation of the landing [m]
+clear_entry_probability     of entering the cup without touching its rim
+status, is_caught       a value of `Status`, or `LOST` if the process did not survive; what follows is then missing
+landing_along, landing_across       where the ball came down, in the casting plane's axes [m]
+along, lateral          the same from the cup's axis: outward, and to the left as seen from the base axis [m]
+miss                    distance of the landing from the cup's axis, as if nothing were in the way [m]
+entry_angle             from the vertical [rad]
+entered_clear           whether a ball that landed so, and flew on straight, touched no rim
+is_slack, slack         of the string from the landing on [m]
+peak_load, peak_speed   largest utilization of a motor's torque and of a joint's velocity limit
+limits_hit              which limits the arm met
+"""
 
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import partial
 from typing import Literal
 
 import numpy as np
+import pandas as pd
 
 from wam_cast.cast import Cast
 from wam_cast.casting_plane import from_polar, to_casting_plane, to_polar
-from wam_cast.experiments.paper.results import Result, Statistics, maybe_float, to_array
-from wam_cast.experiments.statistics import describe, wilson_interval
+from wam_cast.experiments.frames import Record
+from wam_cast.experiments.statistics import wilson_interval
 from wam_cast.parallel.seeds import Purpose, derived_seed
 from wam_cast.parallel.workers import Workers, run_rows
 from wam_cast.planning.landing_distribution import clear_half_width, clear_offset
+from wam_cast.planning.plan import Method, Plan, plan_cast
+from wam_cast.planning.prediction import Predictor
 from wam_cast.planning.reach import Reach
 from wam_cast.scenario import Scenario
-from wam_cast.simulation.outcome import Outcome
-from wam_cast.simulation.simulate import simulate_cast
+from wam_cast.simulation.outcome import Outcome, Status
+from wam_cast.simulation.simulator import simulate_cast
 from wam_cast.types import Position
 
 Region = Literal["line", "floor"]
 
+Polar = tuple[float, float]
+"""A cup's distance from the base axis [m] and its bearing from the x axis toward y [rad]."""
+
+LOST = "lost"
+"""Status of a trial whose process did not survive."""
+
 
 @dataclass(frozen=True)
 class Trial:
-    """A cast, the world (x, y) [m] of the cup that it is for, and what draws its noise."""
+    """A cast, the cup that it is for, what draws its noise, and who planned it, with its plan if there is one."""
 
     cast: Cast
-    cup: Position
+    cup: Polar
     noise_seed: int = 0
+    label: str = ""
+    plan: Plan | None = None
+
+    @property
+    def position(self) -> Position:
+        """World (x, y) of the cup's axis [m]."""
+        return from_polar(*self.cup)
 
 
-class Hits(Result):
-    """What became of some trials.
+@dataclass(frozen=True)
+class Thrower:
+    """Who plans for which cups: a planner with a model, and what a study calls them."""
 
-    Attributes
-    ----------
-    n_cups, n_caught, interval
-        Over all trials, with Wilson's 95 % interval of the rate.
-    executed_miss
-        Distance of the landing from the cup's middle [m], as if nothing were in the way.
-    lateral
-        By how much the ball landed beside the vertical plane through base axis and cup [m], to either side.
-    failures
-        How many trials ended in each other status; "lost" if the process did not survive.
-    """
-
-    n_cups: int
-    n_caught: int
-    interval: tuple[float, float]
-    executed_miss: Statistics
-    lateral: Statistics
-    failures: dict[str, int]
+    label: str
+    planner: Method
+    model: Predictor
+    cups: Sequence[Polar]
 
 
-def draw_cups(reach: Reach, n_cups: int, seed: int, region: Region = "line") -> list[Position]:
-    """Return world (x, y) [m] of cups whose distance from the base axis is uniform over the reach, each from a stream of its own.
+def draw_cups(reach: Reach, n_cups: int, seed: int, region: Region = "line") -> list[Polar]:
+    """Return cups whose distance from the base axis is uniform over the reach, each from a stream of its own.
 
     On the line y = 0, or on the floor: at bearings that are uniform over what joint 1 allows. More cups of a seed begin with the
     same ones, and the distances are the same in either region.
@@ -72,61 +95,169 @@ def draw_cups(reach: Reach, n_cups: int, seed: int, region: Region = "line") -> 
         rng = np.random.default_rng(derived_seed(seed, Purpose.CUPS, i))
         radius = float(rng.uniform(reach.nearest, reach.farthest))
         bearing = float(rng.uniform(reach.lowest, reach.highest))
-        cups.append((radius, 0.0) if region == "line" else from_polar(radius, bearing))
+        cups.append((radius, 0.0 if region == "line" else bearing))
     return cups
+
+
+def line_of_cups(model: Predictor, n_cups: int) -> list[Polar]:
+    """Return cups on the line y = 0, evenly from one end of the model's reach to the other."""
+    return [(float(radius), 0.0) for radius in np.linspace(*model.reach, n_cups)]
+
+
+def plan_and_execute(
+    scenario: Scenario,
+    throwers: Sequence[Thrower],
+    *,
+    seed: int = 0,
+    executor: Executor | Workers,
+    report: Callable[[int, int], object] = lambda *_: None,
+) -> pd.DataFrame:
+    """Let each thrower plan for each of its cups, cast each plan once, and return the trials, thrower by thrower.
+
+    A plan that is predicted to miss by more than 1 cm is executed all the same, as in the paper.
+
+    Parameters
+    ----------
+    scenario
+        In which plans are executed; its noise, if it has any, is another one for each cup, and the same one for each thrower.
+    throwers
+        Who plans.
+    seed
+        Draws the noise.
+    executor
+        Runs the casts.
+    report
+        Called with how much is done, and how much there is: each cast is planned and executed.
+    """
+    n_steps = 2 * sum(len(thrower.cups) for thrower in throwers)
+    report(0, n_steps)
+    trials: list[Trial] = []
+    for thrower in throwers:
+        for i, cup in enumerate(thrower.cups):
+            plan = plan_cast(thrower.model, from_polar(*cup), thrower.planner)
+            trials.append(Trial(plan.cast, cup, derived_seed(seed, Purpose.NOISE, i), thrower.label, plan))
+            report(len(trials), n_steps)
+    return execute(scenario, trials, executor, report=lambda done: report(len(trials) + done, n_steps))
 
 
 def execute(
     scenario: Scenario,
     trials: Sequence[Trial],
-    executor: Executor | Workers,
+    executor: Executor | Workers | None,
+    n_workers: int | None = None,
+    *,
     report: Callable[[int], object] = lambda _: None,
-) -> list[Outcome | None]:
-    """Return the outcomes, None where a process was lost; `report` is called with how many are done."""
-    outcomes: list[Outcome | None] = []
-    with closing(run_rows(partial(_execute, scenario, trials), range(len(trials)), executor)) as results:
-        for outcome in results:
-            outcomes.append(outcome)
-            report(len(outcomes))
-    return outcomes
+) -> pd.DataFrame:
+    """Return what became of the trials, in their order; `report` is called with how many are done.
+
+    `executor` and `n_workers` run the casts as for `run_rows`, and make no difference to what becomes of them.
+    """
+    rows: list[Record] = []
+    with closing(
+        run_rows(partial(_execute, scenario, trials), range(len(trials)), executor, n_workers)
+    ) as outcomes:
+        for trial, outcome in zip(trials, outcomes, strict=True):
+            rows.append(trial_row(scenario, trial, outcome))
+            report(len(rows))
+    return pd.DataFrame(rows)
 
 
 def _execute(scenario: Scenario, trials: Sequence[Trial], row: int) -> Outcome:
     trial = trials[row]
-    return simulate_cast(scenario, trial.cast, trial.cup, noise_seed=trial.noise_seed)
+    return simulate_cast(scenario, trial.cast, trial.position, noise_seed=trial.noise_seed)
 
 
-def entered_clear(scenario: Scenario, trial: Trial, outcome: Outcome | None) -> bool:
+def trial_row(scenario: Scenario, trial: Trial, outcome: Outcome | None) -> Record:
+    """Return a row of the frame; without an outcome the process did not survive."""
+    x, y = trial.position
+    return {
+        "label": trial.label,
+        "radius": trial.cup[0],
+        "cup_bearing": trial.cup[1],
+        "cup_x": x,
+        "cup_y": y,
+        **asdict(trial.cast),
+        "noise_seed": trial.noise_seed,
+        **(_NO_PLAN if trial.plan is None else _predicted(trial.plan, trial.cup)),
+        **(_NO_OUTCOME if outcome is None else _executed(scenario, trial, outcome)),
+    }
+
+
+_NO_PLAN: Record = dict.fromkeys(
+    ("predicted_offset", "predicted_miss", "std_along", "std_across", "clear_entry_probability"), math.nan
+)
+_NO_PLAN |= {"planner": "", "is_feasible": False}
+_NO_OUTCOME: Record = dict.fromkeys(
+    ("landing_along", "landing_across", "along", "lateral", "miss", "entry_angle", "slack"), math.nan
+)
+_NO_OUTCOME |= dict.fromkeys(("peak_load", "peak_speed"), math.nan)
+_NO_OUTCOME |= dict.fromkeys(("is_caught", "is_slack", "entered_clear"), False)
+_NO_OUTCOME |= {"status": LOST, "limits_hit": ()}
+
+
+def _predicted(plan: Plan, cup: Polar) -> Record:
+    landing, _ = to_polar((plan.predicted_landing[0], plan.predicted_landing[1]))
+    return {
+        "planner": plan.method,
+        "is_feasible": plan.is_feasible,
+        "predicted_offset": landing - cup[0],
+        "predicted_miss": plan.predicted_miss,
+        "std_along": plan.predicted_spread.along,
+        "std_across": plan.predicted_spread.across,
+        "clear_entry_probability": plan.clear_entry_probability,
+    }
+
+
+def _executed(scenario: Scenario, trial: Trial, outcome: Outcome) -> Record:
+    radius, bearing = trial.cup
+    # In the plane through the cup, from which the casting plane may differ by what the ball was expected to land beside it.
+    along, lateral = to_casting_plane(outcome.landing, bearing)
+    return {
+        "status": outcome.status.value,
+        "is_caught": outcome.is_caught,
+        "landing_along": outcome.landing_along,
+        "landing_across": outcome.landing_across,
+        "along": along - radius,
+        "lateral": lateral,
+        "miss": outcome.miss,
+        "entry_angle": outcome.entry_angle,
+        "entered_clear": _entered_clear(scenario, trial, outcome),
+        "is_slack": outcome.is_slack,
+        "slack": outcome.slack,
+        "peak_load": float(np.max(outcome.peak_load)),
+        "peak_speed": float(np.max(outcome.peak_speed)),
+        "limits_hit": outcome.limits_hit,
+    }
+
+
+def _entered_clear(scenario: Scenario, trial: Trial, outcome: Outcome) -> bool:
     """Return whether a ball that landed so, and flew on straight, touched no rim: see `clear_half_width`."""
-    if outcome is None or not math.isfinite(outcome.entry_angle):
+    if not math.isfinite(outcome.entry_angle):
         return False
-    along, across = to_casting_plane(outcome.landing - trial.cup, trial.cast.bearing)
+    along, across = to_casting_plane(outcome.landing - trial.position, trial.cast.bearing)
     if abs(along) > clear_offset(scenario, outcome.entry_angle):
         return False
     (width,) = clear_half_width(scenario, outcome.entry_angle, np.array([along]))
     return bool(abs(across) <= width)
 
 
-def summarize(trials: Sequence[Trial], outcomes: Sequence[Outcome | None]) -> Hits:
-    """Return what became of the trials."""
-    known = [(trial, outcome) for trial, outcome in zip(trials, outcomes, strict=True) if outcome is not None]
-    n_caught = sum(outcome.is_caught for _, outcome in known)
-    failures = Counter(
-        "lost" if outcome is None else outcome.status.value
-        for outcome in outcomes
-        if outcome is None or not outcome.is_caught
-    )
-    return Hits(
-        n_cups=len(trials),
-        n_caught=n_caught,
-        interval=wilson_interval(n_caught, len(trials)),
-        executed_miss=describe(to_array(maybe_float(outcome.miss) for _, outcome in known)),
-        lateral=describe(to_array(maybe_float(_lateral(trial.cup, outcome)) for trial, outcome in known)),
-        failures=dict(sorted(failures.items())),
-    )
+def hits(trials: pd.DataFrame) -> Record:
+    """Return how many of some trials were caught: `n_cups`, `n_caught`, `hit_rate` and its `hit_interval` (Wilson's, 95 %)."""
+    n_caught, n_cups = int(trials["is_caught"].sum()), len(trials)
+    return {
+        "n_cups": n_cups,
+        "n_caught": n_caught,
+        "hit_rate": n_caught / n_cups,
+        "hit_interval": wilson_interval(n_caught, n_cups),
+    }
 
 
-def _lateral(cup: Position, outcome: Outcome) -> float:
-    _, bearing = to_polar(cup)
-    _, lateral = to_casting_plane(outcome.landing, bearing)
-    return abs(lateral)
+def failures(trials: pd.DataFrame) -> dict[str, int]:
+    """Return how many of the trials ended in each status but caught, of those that occurred, by name."""
+    missed = trials.loc[~trials["is_caught"], "status"]
+    return {str(status): int(n) for status, n in missed.value_counts().sort_index().items()}
+
+
+def lost_as_diverged(trials: pd.DataFrame) -> pd.DataFrame:
+    """Return the trials with those that were lost counted as diverged."""
+    return trials.assign(status=trials["status"].replace(LOST, Status.DIVERGED.value))

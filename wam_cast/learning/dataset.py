@@ -43,7 +43,7 @@ class CastDataset:
     scenario
         Under which they were simulated, without a cup.
     seed
-        Row i of a seed is the same cast for ever, and has the same noise.
+        Row i of a seed is always the same cast, and has the same noise.
     frame
         A row a cast, in order:
 
@@ -136,7 +136,7 @@ def generate_dataset(
 ) -> CastDataset:
     """Simulate casts drawn at random.
 
-    The rows depend on the scenario and the seed alone, not on who computes them or in how many goes. A script must call this
+    The rows depend on the scenario and the seed alone, not on who computes them or in how many runs. A script must call this
     under `if __name__ == "__main__":` unless it hands in an executor, since worker processes import it.
 
     Parameters
@@ -158,9 +158,10 @@ def generate_dataset(
     Raises
     ------
     InputError
-        If a number is out of range, the directory holds something else or cannot be written, or the scenario cannot be simulated.
+        If a number is no integer or out of range, the directory holds something else or cannot be written, or the scenario cannot
+        be simulated.
     KeyboardInterrupt
-        As ever; finished parts stay.
+        As always; finished parts stay.
     """
     n_casts, seed = checked_whole_number("n_casts", n_casts, 1), checked_whole_number("seed", seed, 0)
     _check_workers(executor, n_workers)
@@ -184,7 +185,7 @@ def generate_dataset(
 def simulate_row(scenario: Scenario, seed: int, row: int) -> Row:
     """Simulate one row of a dataset and return its columns; what workers run."""
     # Only who simulates needs Drake; loading a dataset does without.
-    from wam_cast.simulation.simulate import simulate_cast
+    from wam_cast.simulation.simulator import simulate_cast
 
     cast = sample_cast(scenario, seed, row)
     outcome = simulate_cast(scenario, cast, noise_seed=row_noise_seed(seed, row))

@@ -2,8 +2,8 @@
 
 The estimator follows scikit-learn's contract, so that pipelines, cross-validation and model selection work
 on it as on any other. What it adds to `sklearn.kernel_ridge.KernelRidge` is what a planner and a model
-builder need: inputs of different units scaled inside the estimator, the paper's kernel width, one width per
-input, the analytic gradient of the prediction, its standard deviation, and leave-one-out residuals without refits.
+builder need: inputs of different units scaled inside the estimator, the paper's kernel width, ARD length scales,
+the analytic gradient of the prediction, its standard deviation, and leave-one-out residuals without refits.
 """
 
 from typing import Self
@@ -15,6 +15,7 @@ from scipy.spatial.distance import cdist
 from sklearn.base import BaseEstimator, MultiOutputMixin, RegressorMixin
 from sklearn.utils.validation import check_is_fitted, validate_data
 
+from wam_cast.learning.kernel_parameters import checked_regularization, checked_sigma, input_scale
 from wam_cast.types import Array
 
 
@@ -28,8 +29,8 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
     Parameters
     ----------
     sigma : float or array-like of shape (n_features,), default=0.35
-        Width σ of the kernel, in units of the scaled inputs. An array gives each input a width of its own:
-        the wider, the less the prediction depends on that input. The default is the paper's value.
+        Width σ of the kernel, in units of the scaled inputs. An array gives ARD length scales, a width for
+        each input: the wider, the less the prediction depends on that input. The default is the paper's value.
     regularization : float, default=1e-6
         λ >= 0, in units of the kernel, whose diagonal is 1. The default suits noise-free simulated targets.
     input_bounds : pair (lower, upper) or None, default=None
@@ -69,9 +70,9 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
     >>> import numpy as np
     >>> X = np.linspace(0, 2, 20).reshape(-1, 1)
     >>> model = KernelRidge(sigma=0.5).fit(X, np.sin(X[:, 0]))
-    >>> y, dy_dX = model.predict_with_gradient([[1.0]])
-    >>> print(y.round(3), dy_dX.round(3))  # sin(1) and cos(1)
-    [0.841] [[0.54]]
+    >>> y, dy_dX = model.expand(np.array([[1.0]]))
+    >>> print(y.round(2), dy_dX.round(2))  # sin(1) and cos(1)
+    [0.84] [[0.54]]
     """
 
     def __init__(
@@ -152,71 +153,22 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         prediction: Array = K @ self.dual_coef_ + self.target_mean_
         return prediction
 
-    def predict_gradient(self, X: ArrayLike) -> Array:
-        """Differentiate the prediction with respect to the inputs.
+    def expand(self, X: Array) -> tuple[Array, Array]:
+        """Predict the targets and differentiate them, quickly for the few inputs that an optimizer asks about.
 
         Parameters
         ----------
-        X : array-like of shape (n, n_features)
-            Inputs, in the units of the training inputs.
-
-        Returns
-        -------
-        ndarray of shape (n, n_features) or (n, n_outputs, n_features)
-            Element `[i, o, j]` is d output `o` / d input `j` at row `i`, in units of the targets per unit of
-            the original inputs; no axis of outputs if the training targets were 1-D.
-
-        Raises
-        ------
-        ValueError
-            If the shape or a value of `X` is not allowed.
-        sklearn.exceptions.NotFittedError
-            If called before `fit`.
-        """
-        return self.predict_with_gradient(X)[1]
-
-    def predict_with_gradient(self, X: ArrayLike) -> tuple[Array, Array]:
-        """Predict the targets and differentiate them, at the price of one kernel evaluation.
-
-        Parameters
-        ----------
-        X : array-like of shape (n, n_features)
-            Inputs, in the units of the training inputs.
+        X : ndarray of shape (n, n_features)
+            Inputs, in the units of the training inputs; taken as they are, without checks.
 
         Returns
         -------
         prediction : ndarray of shape (n,) or (n, n_outputs)
-            As from `predict`.
+            As from `predict`, up to rounding.
         gradient : ndarray of shape (n, n_features) or (n, n_outputs, n_features)
-            As from `predict_gradient`.
-
-        Raises
-        ------
-        ValueError
-            If the shape or a value of `X` is not allowed.
-        sklearn.exceptions.NotFittedError
-            If called before `fit`.
+            Element `[i, o, j]` is d output `o` / d input `j` at row `i`, in units of the targets per unit of
+            the original inputs; no axis of outputs if the training targets were 1-D.
         """
-        Z = self._scale(self._validate(X))
-        Z_fit = self._scale(self.X_fit_)
-        K = gaussian_kernel(Z, Z_fit)
-        n_samples, n_features = Z_fit.shape
-        output_shape = self.dual_coef_.shape[1:]
-
-        # d k(z, z_n) / d z = -2 (z - z_n) k(z, z_n): the sum over n needs the expansion itself and its first
-        # moment about the origin, both plain matrix products without an (n, n_samples, n_features) array.
-        dual_coef = self.dual_coef_.reshape(n_samples, -1)
-        expansion = K @ dual_coef
-        dual_moment = dual_coef[:, :, np.newaxis] * Z_fit[:, np.newaxis, :]
-        moment = (K @ dual_moment.reshape(n_samples, -1)).reshape(*expansion.shape, n_features)
-        gradient_scaled = -2.0 * (expansion[:, :, np.newaxis] * Z[:, np.newaxis, :] - moment)
-
-        prediction = expansion.reshape(len(Z), *output_shape) + self.target_mean_
-        gradient = (gradient_scaled / self.length_scale_).reshape(len(Z), *output_shape, n_features)
-        return prediction, gradient
-
-    def expand(self, X: Array) -> tuple[Array, Array]:
-        """Do what `predict_with_gradient` does, for the few inputs that an optimizer asks about: quickly, `X` is taken as it is."""
         offsets = (X[:, np.newaxis, :] - self.X_fit_) / self.length_scale_
         kernel = np.exp(-np.einsum("pni,pni->pn", offsets, offsets))
         n_samples, n_features = self.X_fit_.shape
@@ -233,8 +185,8 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         It is that of the Gaussian process with covariance `s^2 k` and noise of variance `s^2 λ`, the noise of the new target
         included: `s (k(x, x) - k(x)^T (K + λ I)^-1 k(x) + λ)^(1/2)` (Rasmussen and Williams, Gaussian Processes for Machine
         Learning, Eq. 2.26). The scale `s`, one for each output, makes the leave-one-out residuals of the training rows as
-        large as foretold on average, where `s^2 / [(K + λ I)^-1]_ii` is foretold of the squared residual of row i (their
-        section 5.4.2). What the prediction of the mean of the targets is uncertain by is left out.
+        large as predicted on average, where `s^2 / [(K + λ I)^-1]_ii` is predicted of the squared residual of row i (their
+        section 5.4.2). The uncertainty of the targets' mean is left out.
 
         Parameters
         ----------
@@ -264,6 +216,10 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         return std
 
     def leave_one_out_residuals(self) -> Array:
+        """Return the residuals of `leave_one_out` alone, in units of the targets."""
+        return self.leave_one_out()[0]
+
+    def leave_one_out(self) -> tuple[Array, Array]:
         """Compute each training target minus its prediction by a fit to all the other rows, without refits.
 
         The closed form `[(K + λ I)^-1 (y - b)]_i / [(K + λ I)^-1]_ii` holds for any constant offset `b`
@@ -274,8 +230,10 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
 
         Returns
         -------
-        ndarray of shape (n_samples,) or (n_samples, n_outputs)
-            Residuals, in units of the targets.
+        residuals : ndarray of shape (n_samples,) or (n_samples, n_outputs)
+            In units of the targets.
+        inverse_diagonal : ndarray of shape (n_samples,)
+            Of `(K + λ I)^-1`: the inverse of the residuals' predicted variance, up to a factor common to all.
 
         Raises
         ------
@@ -283,23 +241,6 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
             If the estimator was fitted to a single row.
         sklearn.exceptions.NotFittedError
             If called before `fit`.
-        """
-        return self.leave_one_out()[0]
-
-    def leave_one_out(self) -> tuple[Array, Array]:
-        """Compute the leave-one-out residuals, and what the posterior of a Gaussian process foretells of them.
-
-        Returns
-        -------
-        residuals : ndarray of shape (n_samples,) or (n_samples, n_outputs)
-            As from `leave_one_out_residuals`.
-        inverse_diagonal : ndarray of shape (n_samples,)
-            Of `(K + λ I)^-1`: the inverse of the variance that is foretold, up to a factor common to all.
-
-        Raises
-        ------
-        ValueError, sklearn.exceptions.NotFittedError
-            As from `leave_one_out_residuals`.
         """
         check_is_fitted(self)
         n_samples = len(self.X_fit_)
@@ -350,29 +291,6 @@ def gaussian_kernel(Z: Array, Z_fit: Array) -> Array:
     return np.exp(K, out=K)
 
 
-def kernel_slope(weights: Array, Z: Array, Z_fit: Array) -> Array:
-    """Sum `weights * d log k / d log σ_j` over all pairs of inputs; with weights `W * K` that is `W * dK / d log σ_j`.
-
-    Parameters
-    ----------
-    weights : ndarray of shape (n, n_samples)
-        Of each pair.
-    Z, Z_fit : ndarray of shape (n, n_features), (n_samples, n_features)
-        Inputs divided by the width of the kernel, as for `gaussian_kernel`.
-
-    Returns
-    -------
-    ndarray of shape (n_features,)
-        For each input j the sum of `weights * 2 (z_j - z'_j)^2`.
-    """
-    slope: Array = 2.0 * (
-        weights.sum(axis=1) @ Z**2
-        + weights.sum(axis=0) @ Z_fit**2
-        - 2.0 * np.einsum("ij,ij->j", Z, weights @ Z_fit)
-    )
-    return slope
-
-
 def factorize(K: Array, regularization: float) -> tuple[Array, bool]:
     """Factorize `K + λ I` for `scipy.linalg.cho_solve`.
 
@@ -410,70 +328,3 @@ def factorize(K: Array, regularization: float) -> tuple[Array, bool]:
     if factor.diagonal().min() ** 2 <= n_samples * np.finfo(np.float64).eps:
         raise np.linalg.LinAlgError(advice)
     return factor, is_lower
-
-
-def input_scale(X: Array, input_bounds: tuple[ArrayLike, ArrayLike] | None) -> tuple[Array, Array]:
-    """Find the offset and the range that scale inputs to the unit cube.
-
-    Parameters
-    ----------
-    X : ndarray of shape (n_samples, n_features)
-        Training inputs.
-    input_bounds : pair (lower, upper) or None
-        As for `KernelRidge`.
-
-    Returns
-    -------
-    offset, range : ndarray of shape (n_features,)
-        In units of the inputs. The range of a constant column is infinite, which scales any value to 0.
-
-    Raises
-    ------
-    ValueError
-        If the bounds are not a pair with finite lower < upper that fits the inputs.
-    """
-    if input_bounds is None:
-        lower, upper = X.min(axis=0), X.max(axis=0)
-        return lower, np.where(upper > lower, upper - lower, np.inf)
-    n_features = X.shape[1]
-    try:
-        lower, upper = (np.broadcast_to(np.asarray(b, dtype=np.float64), n_features) for b in input_bounds)
-        is_allowed = bool(np.all(np.isfinite(lower) & np.isfinite(upper) & (lower < upper)))
-    except (TypeError, ValueError):
-        is_allowed = False
-    if not is_allowed:
-        raise ValueError(
-            f"input_bounds={input_bounds!r} is not allowed: it must be None or a pair (lower, upper), each "
-            f"finite, a number or one for each of the {n_features} inputs, with lower < upper; pass for "
-            "example input_bounds=None to take the bounds from the training inputs"
-        )
-    return lower.copy(), upper - lower
-
-
-def checked_sigma(sigma: float | ArrayLike, n_features: int, *, name: str = "sigma") -> Array:
-    """Return the width of the kernel for each input, or raise a ValueError that says what is allowed."""
-    try:
-        widths = np.asarray(sigma, dtype=np.float64)
-        is_allowed = widths.shape in ((), (n_features,)) and bool(np.all(np.isfinite(widths) & (widths > 0)))
-    except (TypeError, ValueError):
-        is_allowed = False
-    if not is_allowed:
-        raise ValueError(
-            f"{name}={sigma!r} is not allowed: it must be a finite number > 0, or one for each of the "
-            f"{n_features} inputs, in units of the scaled inputs; pass for example {name}=0.35"
-        )
-    return np.broadcast_to(widths, n_features)
-
-
-def checked_regularization(regularization: float) -> float:
-    """Return λ as a float, or raise a ValueError that says what is allowed."""
-    try:
-        value = float(regularization)
-    except (TypeError, ValueError):
-        value = np.nan
-    if not 0 <= value < np.inf:
-        raise ValueError(
-            f"regularization={regularization!r} is not allowed: it must be a finite number >= 0; "
-            "pass for example regularization=1e-6"
-        )
-    return value

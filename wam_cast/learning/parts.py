@@ -9,23 +9,11 @@ from numpy.typing import NDArray
 
 from wam_cast.cast import PARAMETERS
 from wam_cast.errors import InputError
+from wam_cast.planning.prediction import OUTPUTS
 from wam_cast.types import Array
 
 if TYPE_CHECKING:
     from wam_cast.learning.dataset import CastDataset
-
-
-OUTPUTS = (
-    "landing_along",
-    "landing_across",
-    "entry_angle",
-    "entry_speed",
-    "slack",
-    "peak_load",
-    "peak_speed",
-)
-"""What is learned of a cast: landing in the casting plane's axes [m], entry angle [rad] and speed [m/s], the string's slack from
-there on [m], and the largest shares of the motors' torque and of the joints' speed limits."""
 
 
 class Part(NamedTuple):
@@ -35,6 +23,8 @@ class Part(NamedTuple):
     """Parameters `[distance, speed, wait]` [m, m/s, s], shape (n, 3)."""
     y: Array
     """`OUTPUTS`, shape (n, 7)."""
+    is_clean: NDArray[np.bool_]
+    """Whether the arm kept its limits and the string was slack at the landing, shape (n,)."""
 
     @property
     def landing(self) -> Array:
@@ -45,8 +35,8 @@ class Part(NamedTuple):
 class Parts:
     """Training, validation and test casts of a dataset, without those that never came down to the rim plane.
 
-    The test casts measure a choice that was made without them. They are handed out once, after all choices; who wants to measure
-    several models chooses them first.
+    The test casts measure a choice that was made without them. They are handed out once, after all choices: to measure several
+    models, choose all of them first.
 
     Attributes
     ----------
@@ -81,10 +71,10 @@ def split_casts(data: CastDataset) -> Parts:
         If the dataset has fewer than 34 casts, or fewer than 2 casts of a part came down to the rim plane.
     """
     train, validation, test = (_usable(data, rows) for rows in data.split())
-    for name, (X, _) in (("training", train), ("validation", validation), ("test", test)):
-        if len(X) < 2:
+    for name, part in (("training", train), ("validation", validation), ("test", test)):
+        if len(part.X) < 2:
             raise InputError(
-                f"dataset: {len(X)} {name} casts came down to the rim plane, at least 2 are needed; generate more "
+                f"dataset: {len(part.X)} {name} casts came down to the rim plane, at least 2 are needed; generate more "
                 "casts, or change the scenario's motion or bounds"
             )
     return Parts(train, validation, test)
@@ -93,4 +83,8 @@ def split_casts(data: CastDataset) -> Parts:
 def _usable(data: CastDataset, rows: NDArray[np.intp]) -> Part:
     """Return those of the rows whose casts crossed the rim plane."""
     frame = data.frame.iloc[rows].dropna(subset=list(OUTPUTS))
-    return Part(frame[list(PARAMETERS)].to_numpy(dtype=float), frame[list(OUTPUTS)].to_numpy(dtype=float))
+    return Part(
+        frame[list(PARAMETERS)].to_numpy(dtype=float),
+        frame[list(OUTPUTS)].to_numpy(dtype=float),
+        (frame["status"] == "landed").to_numpy() & frame["is_slack"].to_numpy(dtype=bool),
+    )

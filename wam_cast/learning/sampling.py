@@ -1,4 +1,4 @@
-"""Which casts a dataset holds: row i of seed s is the same cast for ever, whatever else is drawn, wherever and in which order."""
+"""Which casts a dataset holds: row i of seed s is always the same cast, whatever else is drawn, wherever and in which order."""
 
 from __future__ import annotations
 

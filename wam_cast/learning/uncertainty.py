@@ -1,8 +1,8 @@
-"""How far a forward model's landing may be off: the posterior of the same kernel, corrected by what its own errors teach.
+"""The predictive standard deviation of the landing: the posterior of the model's kernel, corrected by the model's own errors.
 
 A Gaussian process with the regression's kernel knows how far the training casts are, but takes the landing for equally
-rough everywhere. It is not: where the string buckles the model errs by ten times more than elsewhere, among training casts
-that are as dense. The errors that show it are there, since leave-one-out predicts each training cast from all the others.
+rough everywhere. It is not: where the string buckles the errors are ten times larger than elsewhere, among training casts
+that are as dense. Leave-one-out shows these errors, since it predicts each training cast from all the others.
 """
 
 from __future__ import annotations
@@ -11,20 +11,21 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from wam_cast.learning.hyperparameters import tune_by_lbfgs
 from wam_cast.learning.kernel_ridge import KernelRidge, gaussian_kernel
-from wam_cast.learning.leave_one_out import tune_by_leave_one_out
+from wam_cast.learning.losses import LeaveOneOutLoss
 from wam_cast.parallel.threads import one_thread
 from wam_cast.types import Array
 
 TUNING_ROWS = 500
-"""At least so many training casts, and less than twice as many, choose the correction's sigma and lambda: each try costs their
-number cubed."""
+"""At least so many training casts, and less than twice as many, choose the correction's sigma and lambda: each evaluation costs
+their number cubed."""
 
-START_SIGMA = 0.2
-"""Where that search starts, as a share of the bounds."""
+CORRECTION_START_SIGMA = 0.2
+"""Where that search starts, in units of the bounds."""
 
 LEAST_RATIO = 1e-3
-"""Of an error to what the posterior foretells, below which all are alike: its logarithm has no lower end."""
+"""Of an error to the posterior's prediction of it, below which all are alike: its logarithm has no lower end."""
 
 LEAST_EIGENVALUE = 1e-2
 """Of the kernel matrix, in units of lambda, down to which its eigenvectors are kept."""
@@ -37,9 +38,9 @@ class ErrorFit:
     Attributes
     ----------
     sigma, regularization
-        Of the correction's kernel, a sigma for each parameter.
+        Of the correction's kernel: ARD length scales and lambda.
     scale
-        By which held-out casts are farther off than foretold without it.
+        By which the errors of held-out casts are larger than predicted without it.
     """
 
     sigma: tuple[float, ...]
@@ -48,14 +49,14 @@ class ErrorFit:
 
 
 class LandingUncertainty:
-    """Standard deviation of the landing along the casting plane about its prediction.
+    """Predictive standard deviation of the landing along the casting plane.
 
         std(x) = scale * posterior(x) * exp(g(x)),     posterior(x)^2 = 1 - k(x)^T (K + lambda I)^-1 k(x) + lambda
 
     The posterior is that of a Gaussian process with the model's kernel (Rasmussen and Williams, Gaussian Processes for Machine
     Learning, Eq. 2.26). g is a kernel ridge regression of its own, of the logarithm of the ratio of each training cast's
     leave-one-out error to the posterior without that cast (their section 5.4.2). `scale` makes the errors of held-out casts as
-    large as foretold in the mean square.
+    large as predicted in the mean square.
 
     Parameters
     ----------
@@ -64,7 +65,7 @@ class LandingUncertainty:
     log_ratios
         What g is fitted to, shape (n_train,).
     fit
-        What was learned before.
+        What `learn` found.
     """
 
     def __init__(self, estimator: KernelRidge, log_ratios: Array, fit: ErrorFit) -> None:
@@ -82,31 +83,27 @@ class LandingUncertainty:
         """Learn from the estimator's own training casts, and scale by held-out casts X (n, 3) that landed at `landing` (n,) [m]."""
         residuals, inverse_diagonal = estimator.leave_one_out()
         ratios = np.abs(residuals[:, 0]) * np.sqrt(inverse_diagonal)
-        # In units of a typical error, so that none is near the least ratio but those that are as good as zero.
+        # In units of a typical error, so that only errors that are as good as zero come near the least ratio.
         unit = float(np.median(ratios)) or 1.0
         log_ratios = np.log(ratios / unit + LEAST_RATIO) + np.log(unit)
         rows = slice(None, None, max(1, len(log_ratios) // TUNING_ROWS))
-        tuned = tune_by_leave_one_out(
-            estimator.X_fit_[rows],
-            log_ratios[rows],
-            sigma0=[START_SIGMA] * X.shape[1],
-            input_bounds=estimator.input_bounds,
-        )
+        loss = LeaveOneOutLoss(estimator.X_fit_[rows], log_ratios[rows], input_bounds=estimator.input_bounds)
+        tuned = tune_by_lbfgs(loss, sigma0=[CORRECTION_START_SIGMA] * X.shape[1])
         sigma = tuple(float(one) for one in np.broadcast_to(tuned.sigma, X.shape[1]))
-        uncertainty = cls(estimator, log_ratios, ErrorFit(sigma, float(tuned.regularization), 1.0))
+        uncertainty = cls(estimator, log_ratios, ErrorFit(sigma, float(tuned.regularization), scale=1.0))
         normalized = (estimator.predict(X)[:, 0] - landing) / uncertainty.std(X)
         uncertainty.fit = replace(uncertainty.fit, scale=float(np.sqrt(np.mean(normalized**2))))
         return uncertainty
 
     def std(self, X: Array) -> Array:
-        """Return the standard deviation [m], shape (n,), at casts of shape (n, 3)."""
+        """Return the predictive standard deviation [m], shape (n,), at casts of shape (n, 3)."""
         K = gaussian_kernel(*((rows - self._offset) / self._length_scale for rows in (X, self._X_fit)))
         variance = 1.0 - np.sum((K @ self._whitening.T) ** 2, axis=1)
         variance = np.maximum(variance, 0.0) + self._regularization
         return np.asarray(self.fit.scale * np.exp(self._correction.predict(X)) * np.sqrt(variance))
 
     def expand(self, x: Array) -> tuple[float, Array]:
-        """Return the standard deviation [m] at one cast, shape (3,), and its derivative by the parameters in SI units, (3,)."""
+        """Return the standard deviation [m] at one cast, shape (3,), and its derivative in SI units, shape (3,)."""
         offsets = (x - self._X_fit) / self._length_scale
         kernel = np.exp(-np.einsum("ij,ij->i", offsets, offsets))
         white = self._whitening @ kernel
@@ -121,8 +118,8 @@ class LandingUncertainty:
 def _whitening(K: Array, regularization: float) -> Array:
     """Return W, shape (r, n), with W^T W = (K + lambda I)^-1 up to eigenvalues so small that they explain nothing.
 
-    As a sum of squares the explained variance keeps its digits, of which the product k^T (K + lambda I)^-1 k loses most where
-    there is little left to explain.
+    As a sum of squares the explained variance keeps its digits; the product k^T (K + lambda I)^-1 k loses most of them where
+    little is left to explain.
     """
     with one_thread():
         values, vectors = np.linalg.eigh(K)

@@ -20,6 +20,7 @@ import numpy as np
 from scipy.interpolate import BPoly
 from scipy.optimize import brentq
 
+from wam_cast.arm_model import shoulder_depth
 from wam_cast.constants import GRAVITY
 from wam_cast.motion.pendulum import hand_above, swing_frequency
 from wam_cast.motion.spline import QuinticSpline
@@ -29,11 +30,8 @@ from wam_cast.types import Array
 Piece = Callable[[float], tuple[Array, Array]]
 """Time [s] from the piece's start -> the hand's radius and height (2,) [m] and their rates (2,) [m/s]."""
 
-SHOULDER_DEPTH = 0.346
-"""Of the axes of joints 1 to 3 below the mounting face [m]."""
-
 REACH = 0.87
-"""How far from there the hand goes with the string taut [m]: the elbow stays bent."""
+"""How far from the shoulder, where the axes of joints 1 to 3 meet, the hand goes with the string taut [m]: the elbow stays bent."""
 
 SLANT = math.radians(20)
 """Of the string from the vertical where it draws the ball against the wall [rad]."""
@@ -163,7 +161,7 @@ class Return:
 
     def _reach(self, height: float) -> float:
         """Return the largest radius [m] at which the hand can be at `height` [m]."""
-        below = self._scenario.arm.mount_height - SHOULDER_DEPTH - height
+        below = self._scenario.arm.mount_height - shoulder_depth() - height
         return math.sqrt(max(REACH**2 - below**2, 0.0))
 
     def _slant(self, wall: float, low: float, side: float) -> float | None:

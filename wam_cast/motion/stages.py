@@ -44,6 +44,8 @@ class CastMotion:
 
     Attributes
     ----------
+    cast, start_bearing, cup_radius
+        As given.
     stage_ends
         When each stage ends [s], shape (6,), from the start of the turn.
     """
@@ -51,7 +53,7 @@ class CastMotion:
     def __init__(
         self, scenario: Scenario, cast: Cast, *, start_bearing: float = 0.0, cup_radius: float | None = None
     ) -> None:
-        self.cast = cast
+        self.cast, self.start_bearing, self.cup_radius = cast, start_bearing, cup_radius
         motion = scenario.motion
         near, far = motion.start_radius, motion.start_radius + cast.distance
         high, low = motion.start_height, motion.start_height - motion.drop_distance

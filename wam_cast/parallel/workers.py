@@ -1,4 +1,9 @@
-"""Run a function over many rows in parallel, and survive the death of a worker process."""
+"""Run a function over many rows in parallel, and survive the death of a worker process.
+
+By hand, since each of the packages lacks a part of it. Joblib's loky loses the whole pool with a worker, as the standard pool
+does, and its workers outlive a parent that was killed, while they have work. Pebble loses the one row alone, but its workers
+outlive their parent too, and answer Ctrl-C with tracebacks while they start.
+"""
 
 from __future__ import annotations
 
@@ -155,7 +160,7 @@ def _run_alone(function: Callable[[int], T], row: int) -> T | None:
 class _WorkerPool(ProcessPoolExecutor):
     """Spawned processes that leave Ctrl-C to their parent, and end at once when it fails or dies.
 
-    Left to itself the pool would finish the rows at hand first, and a worker whose parent was killed wait for ever.
+    Left to itself the pool would finish the rows at hand first, and a worker whose parent was killed would always wait.
     """
 
     def __init__(self, n_workers: int) -> None:

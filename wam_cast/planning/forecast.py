@@ -1,4 +1,4 @@
-"""Prediction: what a model says of any cast for any cup, planned or not."""
+"""Prediction: what a model says of a cast for a cup, planned or not."""
 
 from __future__ import annotations
 
@@ -8,10 +8,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from wam_cast.cast import Cast
-from wam_cast.casting_plane import to_casting_plane
+from wam_cast.casting_plane import from_casting_plane, to_casting_plane, to_polar
 from wam_cast.planning.landing_distribution import Spread, clear_entry_probability, landing_spread
-from wam_cast.planning.prediction import ACROSS, ALONG, ENTRY_ANGLE, PEAK_LOAD, PEAK_SPEED, Predictor
-from wam_cast.types import Array
+from wam_cast.planning.prediction import (
+    ACROSS,
+    ALONG,
+    ENTRY_ANGLE,
+    ENTRY_SPEED,
+    PEAK_LOAD,
+    PEAK_SPEED,
+    SLACK,
+    Predictor,
+)
+from wam_cast.types import Array, Position
 
 
 @dataclass(frozen=True)
@@ -20,41 +29,81 @@ class Prediction:
 
     Attributes
     ----------
+    cast
+        The cast.
     landing
-        World (x, y) [m], shape (2,).
-    spread
-        Of it along and across the casting plane [m].
+        World (x, y) where the ball is expected to cross the rim plane [m], shape (2,).
     miss
-        Distance from the cup's axis [m].
+        Its distance from the cup's axis [m].
+    spread
+        Predictive standard deviations of the landing along and across the casting plane [m]: the model's own error, and the
+        scenario's noise of the move and the swing.
+    entry_angle, entry_speed
+        Of the ball at the rim plane: from the vertical [rad], and [m/s].
+    slack
+        Of the string from the landing on [m].
+    peak_load, peak_speed
+        The largest utilization of the motors' torque limits and of the joints' velocity limits, up to the landing.
     clear_entry_probability
         That the ball enters the cup without touching its rim.
-    peak_load, peak_speed
-        The largest shares of the motors' torque and of the joints' speed limits.
     """
 
+    cast: Cast
     landing: Array
-    spread: Spread
     miss: float
-    clear_entry_probability: float
+    spread: Spread
+    entry_angle: float
+    entry_speed: float
+    slack: float
     peak_load: float
     peak_speed: float
+    clear_entry_probability: float
 
     @classmethod
-    def of(cls, model: Predictor, cast: Cast, cup: tuple[float, float]) -> Prediction:
+    def of(cls, model: Predictor, cast: Cast, cup: Position) -> Prediction:
         """Ask `model` about `cast` for a cup at world (x, y) [m]."""
-        outputs = model.predict(cast.to_array()[np.newaxis])[0]
-        along, across = float(outputs[ALONG]), float(outputs[ACROSS])
-        spread = landing_spread(model, cast.to_array(), model.scenario.noise)
-        cup_along, cup_across = to_casting_plane(np.array(cup), cast.bearing)
-        offset = along - cup_along, across - cup_across
-        c, s = math.cos(cast.bearing), math.sin(cast.bearing)
-        return cls(
-            landing=np.array([c * along - s * across, s * along + c * across]),
-            spread=spread,
-            miss=math.hypot(*offset),
-            clear_entry_probability=clear_entry_probability(
-                model.scenario, float(outputs[ENTRY_ANGLE]), offset, spread
-            ),
-            peak_load=float(outputs[PEAK_LOAD]),
-            peak_speed=float(outputs[PEAK_SPEED]),
+        outputs = _outputs(model, cast.to_array())
+        along, across = to_casting_plane(np.array(cup), cast.bearing)
+        return cls._from_outputs(
+            model, cast, cup, outputs, (outputs[ALONG] - along, outputs[ACROSS] - across)
         )
+
+    @classmethod
+    def aimed(cls, model: Predictor, parameters: Array, cup: Position) -> Prediction:
+        """Ask `model` about the cast `[distance, speed, wait]`, shape (3,), whose bearing aims it at a cup at world (x, y) [m].
+
+        The casting plane is turned by what the ball is expected to land beside it, so that the ball is expected on the line from
+        the base axis to the cup.
+        """
+        outputs = _outputs(model, parameters)
+        radius, bearing = to_polar(cup)
+        cast = Cast.from_array(parameters, bearing - math.atan2(outputs[ACROSS], outputs[ALONG]))
+        offset = math.hypot(outputs[ALONG], outputs[ACROSS]) - radius, 0.0
+        return cls._from_outputs(model, cast, cup, outputs, offset)
+
+    @classmethod
+    def _from_outputs(
+        cls, model: Predictor, cast: Cast, cup: Position, outputs: list[float], offset: tuple[float, float]
+    ) -> Prediction:
+        """Return what the model's `outputs` for `cast` mean for a cup from which the ball lands by `offset` [m]."""
+        std = landing_spread(model, cast.to_array(), model.scenario.noise)
+        landing = from_casting_plane(outputs[ALONG], outputs[ACROSS], cast.bearing)
+        return cls(
+            cast=cast,
+            landing=landing,
+            miss=float(np.linalg.norm(landing - cup)),
+            spread=std,
+            entry_angle=outputs[ENTRY_ANGLE],
+            entry_speed=outputs[ENTRY_SPEED],
+            slack=outputs[SLACK],
+            peak_load=outputs[PEAK_LOAD],
+            peak_speed=outputs[PEAK_SPEED],
+            clear_entry_probability=clear_entry_probability(
+                model.scenario, outputs[ENTRY_ANGLE], offset, std
+            ),
+        )
+
+
+def _outputs(model: Predictor, parameters: Array) -> list[float]:
+    values: list[float] = model.predict(parameters[np.newaxis])[0].tolist()
+    return values

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from wam_cast.cast import cast_bounds, nearest_allowed
-from wam_cast.planning.plan import LONGEST_MISS, Solution
-from wam_cast.planning.prediction import Predictor
+from wam_cast.planning.prediction import ALONG, Predictor
+from wam_cast.planning.solution import LONGEST_MISS, Solution
 from wam_cast.types import Array
 
 MAX_STEPS = 200
 STEP_FACTOR = 1.0
 """Step per distance [1/m], in parameters scaled to the unit cube: `alpha = STEP_FACTOR * |m(x) - y_cup|`."""
 
-DIFFERENCE = 1e-3
+DIFFERENCE_STEP = 1e-3
 """Half the width of the central differences, in scaled parameters."""
 
 
@@ -23,7 +23,7 @@ def plan_by_gradient_descent(
     """Return parameters whose predicted landing is within `tolerance` [m] of `radius` [m], or the last ones tried.
 
     x_{i+1} = x_i - alpha grad |m(x_i) - y_cup|, with alpha in proportion to |m(x_i) - y_cup| and the gradient by finite
-    differences. It starts in the middle of the bounds and stays within them; it stops where the paper's does, so that it
+    differences. It starts in the middle of the bounds and stays within them. It terminates where the paper's does, so that it
     hits the cup's middle no better than it must, and a local minimum holds it.
     """
     scenario = model.scenario
@@ -31,10 +31,10 @@ def plan_by_gradient_descent(
     span = upper - lower
 
     def distance_from_cup(scaled: Array) -> Array:
-        return np.abs(model.predict(lower + span * scaled)[:, 0] - radius)
+        return np.abs(model.predict(lower + span * scaled)[:, ALONG] - radius)
 
     parameters = nearest_allowed(scenario, (lower + upper) / 2)
-    offsets = DIFFERENCE * np.vstack([np.zeros(3), np.eye(3), -np.eye(3)])
+    offsets = DIFFERENCE_STEP * np.vstack([np.zeros(3), np.eye(3), -np.eye(3)])
     path = [parameters]
     while True:
         scaled = (parameters - lower) / span
@@ -44,7 +44,7 @@ def plan_by_gradient_descent(
             where = "within" if distance <= tolerance else "not within"
             reason = f"{where} {1e3 * tolerance:g} mm after {step} steps"
             return Solution(parameters, 7 * len(path), reason, (np.array(path),))
-        gradient = (np.array(around[:3]) - np.array(around[3:])) / (2 * DIFFERENCE)
+        gradient = (np.array(around[:3]) - np.array(around[3:])) / (2 * DIFFERENCE_STEP)
         scaled = scaled - STEP_FACTOR * distance * gradient
         parameters = nearest_allowed(scenario, lower + span * scaled)
         path.append(parameters)

@@ -2,34 +2,38 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array
 
-ALONG, ACROSS, ENTRY_ANGLE, ENTRY_SPEED, SLACK, PEAK_LOAD, PEAK_SPEED = range(7)
-"""The columns of a prediction: landing along and across the casting plane [m], entry angle [rad] and speed [m/s], slack of the
-string from the landing on [m], the largest shares of the motors' torque and of the joints' speed limits."""
+OUTPUTS = (
+    "landing_along",
+    "landing_across",
+    "entry_angle",
+    "entry_speed",
+    "slack",
+    "peak_load",
+    "peak_speed",
+)
+"""What is predicted of a cast: landing along and across the casting plane [m], entry angle [rad] and speed [m/s], slack of the
+string from the landing on [m], and the peak torque and velocity utilization over the joints."""
+
+ALONG, ACROSS, ENTRY_ANGLE, ENTRY_SPEED, SLACK, PEAK_LOAD, PEAK_SPEED = range(len(OUTPUTS))
+"""The columns of a prediction."""
 
 
-class Expansion(Protocol):
-    """A model about one cast; derivatives by `[distance, speed, wait]` in SI units."""
+class Expansion(NamedTuple):
+    """A model linearized about one cast; derivatives by `[distance, speed, wait]` in SI units."""
 
-    @property
-    def outputs(self) -> Array:
-        """The prediction, shape (7,)."""
-
-    @property
-    def gradient(self) -> Array:
-        """Of the prediction, shape (7, 3)."""
-
-    @property
-    def std(self) -> float:
-        """By how much the landing along the plane may be off for the model's own error, one standard deviation [m]."""
-
-    @property
-    def std_gradient(self) -> Array:
-        """Its derivative, shape (3,)."""
+    outputs: Array
+    """The prediction, shape (7,)."""
+    gradient: Array
+    """Its derivative, shape (7, 3)."""
+    std: float
+    """Predictive standard deviation of the landing along the casting plane, for the model's own error [m]."""
+    std_gradient: Array
+    """Its derivative, shape (3,)."""
 
 
 class Predictor(Protocol):

@@ -1,25 +1,31 @@
 """The planner as a mathematical program: of all casts that land in the cup's middle, the one that most surely enters it.
 
 Three parameters reach a target on a line, so a two-parameter family of casts hits the same cup. The program picks from it the cast
-whose landing may be off by most standard deviations before the ball touches the rim, see `chance`, and that keeps the string
-slack and the arm within its limits.
+whose landing may be off by most standard deviations before the ball touches the rim (see `landing_distribution`), and that keeps
+the string slack and the arm within its limits.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 from pydrake.autodiffutils import ExtractGradient, ExtractValue, InitializeAutoDiff
 from pydrake.solvers import IpoptSolver, MathematicalProgram, NloptSolver, SnoptSolver, SolverOptions
 from scipy.special import expit
 
 from wam_cast.cast import PARAMETERS, cast_bounds, nearest_allowed
 from wam_cast.errors import InputError
-from wam_cast.planning.landing_distribution import N_SCATTER_CASTS, STEEP, repeatability, scatter_of_move
-from wam_cast.planning.plan import Solution, Solver
+from wam_cast.planning.landing_distribution import (
+    MIN_ENTRY_COSINE,
+    N_SCATTER_CASTS,
+    repeatability,
+    scatter_of_move,
+)
 from wam_cast.planning.prediction import (
     ALONG,
     ENTRY_ANGLE,
@@ -29,6 +35,7 @@ from wam_cast.planning.prediction import (
     Expansion,
     Predictor,
 )
+from wam_cast.planning.solution import Solution, Solver
 from wam_cast.types import Array
 
 Term = Literal["model error", "repeatability", "entry angle", "slack", "limits"]
@@ -37,51 +44,59 @@ TERMS: tuple[Term, ...] = get_args(Term)
 """What the program takes into account beside the landing."""
 
 N_STARTS = 3
-"""Searches, each from a known cast that lands near the cup."""
+"""Searches, each from a training cast that lands near the cup."""
 
 N_NEARBY = 24
-"""Known casts among which the starts are chosen."""
+"""Training casts among which the starts are chosen."""
 
-START_DISTANCE = 0.15
-"""By how much starts differ at least in one of the scaled parameters."""
+MIN_START_DISTANCE = 0.15
+"""Starts differ by more than this in at least one scaled parameter."""
+
+MIN_SOLUTION_DISTANCE = 0.02
+"""Solutions that differ by no more than this in any scaled parameter count as one."""
 
 LANDING_UNIT = 0.01
 """A miss of this size [m] counts as much to the solver as its tolerances assume of 1."""
 
-CLEARANCE_SOFTNESS = 1e-3
-"""Of the clear offset [m]: above this it counts as it is, below it fades to nothing, but never quite."""
+MAX_SOLUTION_MISS = 0.1 * LANDING_UNIT
+"""A search reached the cup if its predicted landing is no farther from the middle [m]."""
 
-BOUNDS_DEVIATIONS = 2.0
+CLEARANCE_SOFTNESS = 1e-3
+"""Of the clearance [m]: above this it counts as it is, below it fades to nothing, but never quite."""
+
+MARGIN_DEVIATIONS = 2.0
 """Standard deviations of the noise by which a cast keeps away from its bounds."""
 
-LARGEST_MARGIN = 0.05
-"""The same at most, in scaled parameters."""
+MAX_MARGIN = 0.05
+"""By how much it keeps away from them at most, in scaled parameters."""
 
-LEAST_SLACK = 0.01
+MIN_SLACK = 0.01
 """Of the string from the landing on, as a share of its length: twice what counts as slack."""
 
-LARGEST_SHARE = 0.98
-"""Of a motor's torque or a joint's speed limit that a plan may use."""
-
-SAME_SOLUTION = 0.02
-"""Solutions that are closer than this in every scaled parameter count as one."""
+MAX_UTILIZATION = 0.98
+"""Of a motor's torque limit and of a joint's velocity limit, by a plan."""
 
 MAX_ITERATIONS = 40
 """Of a solver from one start."""
 
-SATISFIED = 1e-3
+CONSTRAINT_TOLERANCE = 1e-3
 """By how much a solution may violate a constraint, in the units that the solver sees: 0.01 mm of the landing."""
 
-TOLERANCE = 1e-4
+OPTIMALITY_TOLERANCE = 1e-4
 """To which a solver's optimum holds, in the units of cost and constraint."""
 
-_SOLVERS: dict[Solver, tuple[Any, dict[str, float]]] = {
+_SolverClass = type[SnoptSolver] | type[IpoptSolver] | type[NloptSolver]
+
+_SOLVERS: dict[Solver, tuple[_SolverClass, dict[str, float]]] = {
     "snopt": (
         SnoptSolver,
-        {"Major iterations limit": MAX_ITERATIONS, "Major optimality tolerance": TOLERANCE},
+        {"Major iterations limit": MAX_ITERATIONS, "Major optimality tolerance": OPTIMALITY_TOLERANCE},
     ),
     # Left to its own tolerance, IPOPT goes on long after it has found the optimum.
-    "ipopt": (IpoptSolver, {"max_iter": MAX_ITERATIONS, "tol": TOLERANCE, "constr_viol_tol": 1e-6}),
+    "ipopt": (
+        IpoptSolver,
+        {"max_iter": MAX_ITERATIONS, "tol": OPTIMALITY_TOLERANCE, "constr_viol_tol": 1e-6},
+    ),
     "nlopt": (
         NloptSolver,
         {"max_eval": 2 * MAX_ITERATIONS, "constraint_tol": 1e-6, "xtol_rel": 1e-5, "xtol_abs": 1e-5},
@@ -97,15 +112,15 @@ class CastProgram:
     Attributes
     ----------
     program
-        A Drake `MathematicalProgram`.
+        What Drake solves.
     decision
-        Its variables: distance, speed and wait, each scaled to [0, 1] between its bounds.
+        Its variables, shape (3,): distance, speed and wait, each scaled to [0, 1] between its bounds.
     evaluator
         Evaluates the model for cost and constraints; counts how often, and keeps where.
     """
 
-    program: Any
-    decision: Any
+    program: MathematicalProgram
+    decision: NDArray[np.object_]
     evaluator: Evaluator
 
 
@@ -120,7 +135,12 @@ class Evaluator:
         self.span = upper - self.lower
         self.n_evaluations = 0
         self.visited: list[Array] = []
-        self._last: tuple[bytes, Any] = (b"", None)
+        self._last_key = b""
+        self._last: Expansion
+
+    def cast(self, scaled: Array) -> Array:
+        """Return `[distance, speed, wait]` of scaled parameters, each of shape (3,)."""
+        return self.lower + self.span * scaled
 
     @property
     def margin(self) -> Array:
@@ -128,48 +148,47 @@ class Evaluator:
         if "repeatability" not in self._terms:
             return np.zeros(3)
         deviations = np.array([self._noise.distance, self._noise.speed, self._noise.wait])
-        return np.minimum(BOUNDS_DEVIATIONS * deviations / self.span, LARGEST_MARGIN)
+        return np.minimum(MARGIN_DEVIATIONS * deviations / self.span, MAX_MARGIN)
 
     def outputs(self, scaled: Array) -> tuple[Array, Array]:
         """Return the prediction, shape (7,), and its derivative by `scaled`, shape (7, 3)."""
-        expansion = self._expand(scaled)
-        return expansion.outputs, expansion.gradient * self.span
+        linearization = self._linearize(scaled)
+        return linearization.outputs, linearization.gradient * self.span
 
-    def log_spread(self, scaled: Array) -> tuple[Array, Array]:
-        """Return the logarithm of the spread's share of the clear offset, shape (1,), and its derivative, (1, 3)."""
-        expansion = self._expand(scaled)
+    def cost(self, scaled: Array) -> tuple[Array, Array]:
+        """Return the logarithm of the landing's standard deviation by the clearance, shape (1,), and its derivative, (1, 3)."""
+        linearization = self._linearize(scaled)
         variance, slope = (self._noise.swing * self._scenario.string.length) ** 2, np.zeros(3)
         if "model error" in self._terms:
-            variance += expansion.std**2
-            slope += 2 * expansion.std * expansion.std_gradient
+            variance += linearization.std**2
+            slope += 2 * linearization.std * linearization.std_gradient
         if "repeatability" in self._terms:
-            mean_square, gradient = scatter_of_move(self._model, self.lower + self.span * scaled, self._noise)
+            mean_square, gradient = scatter_of_move(self._model, self.cast(scaled), self._noise)
             self.n_evaluations += N_SCATTER_CASTS
             variance += mean_square
             slope += gradient
-        clear, clear_slope = self._clear_offset(expansion)
-        value = 0.5 * math.log(variance) - math.log(clear)
-        return np.array([value]), ((slope / (2 * variance) - clear_slope / clear) * self.span)[np.newaxis]
+        clearance, clearance_slope = self._clearance(linearization)
+        value = 0.5 * math.log(variance) - math.log(clearance)
+        value_slope = (slope / (2 * variance) - clearance_slope / clearance) * self.span
+        return np.array([value]), value_slope[np.newaxis]
 
-    def _clear_offset(self, expansion: Expansion) -> tuple[float, Array]:
+    def _clearance(self, linearization: Expansion) -> tuple[float, Array]:
         """Return by how much the landing may be off along the casting plane [m], smooth and positive, and its derivative."""
         cup, ball = self._scenario.cup.inner_radius, self._scenario.ball.radius
-        angle = float(expansion.outputs[ENTRY_ANGLE]) if "entry angle" in self._terms else 0.0
-        cosine = max(math.cos(angle), STEEP)
-        slope = -ball * math.sin(angle) / cosine**2 if cosine > STEEP else 0.0
-        clear = (cup - ball / cosine) / CLEARANCE_SOFTNESS
-        soft = CLEARANCE_SOFTNESS * float(np.logaddexp(0.0, clear))
-        return soft, slope * expit(clear) * expansion.gradient[ENTRY_ANGLE]
+        angle = float(linearization.outputs[ENTRY_ANGLE]) if "entry angle" in self._terms else 0.0
+        cosine = max(math.cos(angle), MIN_ENTRY_COSINE)
+        slope = -ball * math.sin(angle) / cosine**2 if cosine > MIN_ENTRY_COSINE else 0.0
+        exact = (cup - ball / cosine) / CLEARANCE_SOFTNESS
+        soft = CLEARANCE_SOFTNESS * float(np.logaddexp(0.0, exact))
+        return soft, slope * expit(exact) * linearization.gradient[ENTRY_ANGLE]
 
-    def _expand(self, scaled: Array) -> Expansion:
+    def _linearize(self, scaled: Array) -> Expansion:
         key = scaled.tobytes()
-        if key != self._last[0]:
+        if key != self._last_key:
             self.n_evaluations += 1
-            cast = self.lower + self.span * scaled
-            self.visited.append(cast)
-            self._last = key, self._model.expand(cast)
-        expansion: Expansion = self._last[1]
-        return expansion
+            self.visited.append(self.cast(scaled))
+            self._last_key, self._last = key, self._model.expand(self.visited[-1])
+        return self._last
 
 
 def build_program(model: Predictor, radius: float, *, without: tuple[Term, ...] = ()) -> CastProgram:
@@ -188,53 +207,43 @@ def build_program(model: Predictor, radius: float, *, without: tuple[Term, ...] 
     scenario, evaluator = model.scenario, Evaluator(model, terms)
     program = MathematicalProgram()
     decision = np.array([program.NewContinuousVariables(1, name)[0] for name in PARAMETERS])
-    bounds = program.AddBoundingBoxConstraint(evaluator.margin, 1.0 - evaluator.margin, decision)
-    bounds.evaluator().set_description("bounds")
+    margin = evaluator.margin
+    program.AddBoundingBoxConstraint(margin, 1.0 - margin, decision).evaluator().set_description("bounds")
     # distance >= speed * min_move_duration, in scaled variables
     shortest = scenario.motion.min_move_duration
     row = np.array([[evaluator.span[0], -shortest * evaluator.span[1], 0.0]])
     offset = shortest * evaluator.lower[1] - evaluator.lower[0]
-    program.AddLinearConstraint(row, [offset], [np.inf], decision).evaluator().set_description(
-        "move duration"
-    )
+    duration = program.AddLinearConstraint(row, np.array([offset]), np.array([np.inf]), decision)
+    duration.evaluator().set_description("move duration")
 
-    def constrain(name: str, column: int, unit: float, low: float, high: float) -> None:
-        def value(scaled: Any) -> Any:
-            return _carry(evaluator.outputs, scaled, slice(column, column + 1)) / unit
+    def constrain(description: str, column: int, unit: float, least: float, greatest: float) -> None:
+        def value(scaled: NDArray[Any]) -> NDArray[Any]:
+            return _evaluate(evaluator.outputs, scaled, slice(column, column + 1)) / unit
 
-        bound = program.AddConstraint(value, lb=[low / unit], ub=[high / unit], vars=decision)
-        bound.evaluator().set_description(name)
+        bounds = np.array([least / unit]), np.array([greatest / unit])
+        program.AddConstraint(value, *bounds, decision, description)
 
     constrain(f"landing in the cup's middle, at {radius:.4g} m", ALONG, LANDING_UNIT, radius, radius)
     if "slack" in terms:
-        least = LEAST_SLACK * scenario.string.length
-        constrain(f"slack of the string, at least {1e3 * least:.3g} mm", SLACK, LANDING_UNIT, least, np.inf)
+        slack = MIN_SLACK * scenario.string.length
+        constrain(f"slack of the string, at least {1e3 * slack:.3g} mm", SLACK, LANDING_UNIT, slack, np.inf)
     if "limits" in terms:
-        constrain(
-            f"motors' torque, at most {LARGEST_SHARE:.0%} of the limits",
-            PEAK_LOAD,
-            1.0,
-            -np.inf,
-            LARGEST_SHARE,
-        )
-        constrain(
-            f"joints' speed, at most {LARGEST_SHARE:.0%} of the limits",
-            PEAK_SPEED,
-            1.0,
-            -np.inf,
-            LARGEST_SHARE,
-        )
-    cost = program.AddCost(lambda scaled: _carry(evaluator.log_spread, scaled, slice(1))[0], vars=decision)
-    cost.evaluator().set_description("spread by clear offset, logarithm")
+        for name, column in (("torque", PEAK_LOAD), ("velocity", PEAK_SPEED)):
+            words = f"{name} utilization, at most {MAX_UTILIZATION:.0%}"
+            constrain(words, column, 1.0, -np.inf, MAX_UTILIZATION)
+    words = "standard deviation by clearance, logarithm"
+    program.AddCost(lambda scaled: _evaluate(evaluator.cost, scaled, slice(1))[0], decision, words)
     return CastProgram(program, decision, evaluator)
 
 
-def _carry(function: Any, scaled: Any, rows: slice) -> Any:
+def _evaluate(
+    function: Callable[[Array], tuple[Array, Array]], scaled: NDArray[Any], rows: slice
+) -> NDArray[Any]:
     """Return some rows of a function's value as Drake asks for it: of floats, or with derivatives by the chain rule."""
     if scaled.dtype == float:
         return function(scaled)[0][rows]
     value, gradient = function(ExtractValue(scaled).ravel())
-    return InitializeAutoDiff(value[rows], gradient[rows] @ ExtractGradient(scaled)).ravel()
+    return np.asarray(InitializeAutoDiff(value[rows], gradient[rows] @ ExtractGradient(scaled)).ravel())
 
 
 def plan_by_program(
@@ -242,49 +251,30 @@ def plan_by_program(
 ) -> Solution:
     """Return the parameters of the best cast that is predicted to land at `radius` [m].
 
-    The program is solved from several known casts that land nearby, and the best solution is kept.
+    The program is solved from several training casts that land nearby, and the best solution is kept.
     """
     built = build_program(model, radius, without=without)
     evaluator = built.evaluator
-    make_solver, values = _SOLVERS[solver]
-    options = SolverOptions()
-    for name, value in values.items():
-        options.SetOption(make_solver.id(), name, value)
-    found: list[_Found] = []
-    for start in _starts(model, evaluator, radius):
-        evaluator.visited = [evaluator.lower + evaluator.span * start]
-        result = make_solver().Solve(built.program, start, options)
-        # NLopt gives no numbers where there is no solution.
-        scaled = result.GetSolution(built.decision)
-        scaled = np.clip(scaled if np.all(np.isfinite(scaled)) else start, 0.0, 1.0)
-        misses = not abs(evaluator.outputs(scaled)[0][ALONG] - radius) <= 0.1 * LANDING_UNIT
-        violated = tuple(
-            binding.evaluator().get_description()
-            for binding in built.program.GetAllConstraints()
-            if not built.program.CheckSatisfied(binding, scaled, SATISFIED)
-        )
-        cost = float(evaluator.log_spread(scaled)[0][0])
-        why, path = result.get_solution_result().name, np.array(evaluator.visited)
-        found.append(_Found(bool(misses), len(violated), cost, scaled, violated, why, path))
+    searches = [_search(built, start, radius, solver) for start in _starts(model, evaluator, radius)]
     # Solutions that land come first, of these the ones that keep most constraints, and of these the one of least cost.
-    found.sort(key=lambda one: one[:3])
-    best = found[0]
-    landing = [one.scaled for one in found if not one.misses and not one.violated]
-    n_distinct = _count_distinct(landing)
+    searches.sort(key=lambda one: one[:3])
+    best = searches[0]
+    landing = [one.scaled for one in searches if not one.misses and not one.violated]
+    n_distinct = len(_distinct(landing, MIN_SOLUTION_DISTANCE))
     reason = (
-        f"{solver.upper()} reached the cup from {len(landing)} of {len(found)} starts, "
+        f"{solver.upper()} reached the cup from {len(landing)} of {len(searches)} starts, "
         f"with {n_distinct} distinct solution{'' if n_distinct == 1 else 's'}; the best one: {best.result}"
     )
     if best.violated:
         reason += f", against {', '.join(best.violated)}"
     # The solver keeps its constraints up to a tolerance.
-    parameters = nearest_allowed(model.scenario, evaluator.lower + evaluator.span * best.scaled)
-    searches = tuple(one.path for one in found)
-    return Solution(parameters, evaluator.n_evaluations, reason, searches, n_distinct)
+    parameters = nearest_allowed(model.scenario, evaluator.cast(best.scaled))
+    paths = tuple(one.path for one in searches)
+    return Solution(parameters, evaluator.n_evaluations, reason, paths, n_distinct)
 
 
-class _Found(NamedTuple):
-    """Where a solver ended: off the cup or not, violations, cost, scaled parameters, what it violates, why it ended, its way."""
+class _Search(NamedTuple):
+    """Where a search ended: off the cup or not, violations, cost, scaled parameters, what it violates, why it ended, its path."""
 
     misses: bool
     n_violated: int
@@ -295,22 +285,41 @@ class _Found(NamedTuple):
     path: Array
 
 
-def _count_distinct(solutions: list[Array]) -> int:
-    """Return how many of the solutions, in scaled parameters, are not like one before them."""
-    distinct: list[Array] = []
-    for solution in solutions:
-        if all(np.max(np.abs(solution - other)) > SAME_SOLUTION for other in distinct):
-            distinct.append(solution)
-    return len(distinct)
+def _search(built: CastProgram, start: Array, radius: float, solver: Solver) -> _Search:
+    """Solve the program from `start`, in scaled parameters."""
+    program, evaluator = built.program, built.evaluator
+    make_solver, values = _SOLVERS[solver]
+    options = SolverOptions()
+    for name, value in values.items():
+        options.SetOption(make_solver.id(), name, value)
+    evaluator.visited = [evaluator.cast(start)]
+    result = make_solver().Solve(program, start, options)
+    # NLopt gives no numbers where there is no solution.
+    scaled = result.GetSolution(built.decision)
+    scaled = np.clip(scaled if np.all(np.isfinite(scaled)) else start, 0.0, 1.0)
+    misses = not abs(evaluator.outputs(scaled)[0][ALONG] - radius) <= MAX_SOLUTION_MISS
+    violated = tuple(
+        binding.evaluator().get_description()
+        for binding in program.GetAllConstraints()
+        if not program.CheckSatisfied(binding, scaled, CONSTRAINT_TOLERANCE)
+    )
+    cost = float(evaluator.cost(scaled)[0][0])
+    why, path = result.get_solution_result().name, np.array(evaluator.visited)
+    return _Search(misses, len(violated), cost, scaled, violated, why, path)
 
 
 def _starts(model: Predictor, evaluator: Evaluator, radius: float) -> list[Array]:
-    """Return known casts, in scaled parameters, of those that landed near `radius`: the best first, and none like another."""
+    """Return training casts, in scaled parameters, of those that landed near `radius`: the best first, and none like another."""
     nearby = np.argsort(np.abs(model.known_outputs[:, ALONG] - radius), kind="stable")[:N_NEARBY]
     scaled = (model.known_casts[nearby] - evaluator.lower) / evaluator.span
-    order = np.argsort([evaluator.log_spread(one)[0][0] for one in scaled], kind="stable")
-    starts: list[Array] = []
-    for one in scaled[order]:
-        if all(np.max(np.abs(one - other)) > START_DISTANCE for other in starts):
-            starts.append(one)
-    return starts[:N_STARTS]
+    order = np.argsort([evaluator.cost(one)[0][0] for one in scaled], kind="stable")
+    return _distinct(scaled[order], MIN_START_DISTANCE)[:N_STARTS]
+
+
+def _distinct(points: Iterable[Array], distance: float) -> list[Array]:
+    """Return the points that are farther than `distance` from every one kept before them, in at least one coordinate."""
+    kept: list[Array] = []
+    for point in points:
+        if all(np.max(np.abs(point - other)) > distance for other in kept):
+            kept.append(point)
+    return kept

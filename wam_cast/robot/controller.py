@@ -1,14 +1,15 @@
-"""CastController: the paper's Cartesian PD through the Jacobian's transpose, and what a real arm needs beside it."""
+"""Controllers of the arm: what every one of them is, and the paper's Cartesian PD with what a real arm needs beside it."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import NamedTuple, Self
 
 import numpy as np
 from pydrake.common.value import AbstractValue
+from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JacobianWrtVariable
-from pydrake.systems.framework import BasicVector, LeafSystem, NumericParameterIndex, ValueProducer
+from pydrake.systems.framework import BasicVector, Context, LeafSystem, NumericParameterIndex, ValueProducer
 from scipy.linalg.lapack import dposv
 
 from wam_cast.cast import Cast
@@ -21,33 +22,6 @@ DIFFERENTIALS = ((1, 2), (4, 5))
 """Pairs of joints (from 0) that share two motors through a cable differential: 2 with 3, and 5 with 6."""
 
 
-class _Reference:
-    """What depends on the cast alone: the hand's reference and the posture that the null space keeps."""
-
-    def __init__(self, motion: CastMotion, q_posture: Array) -> None:
-        self.motion = motion
-        self._rest_state = np.concatenate([q_posture, np.zeros(N_ARM)])
-
-    def posture(self, t: float) -> Array:
-        """Return the arm's state (14,) that the null space keeps at time `t` [s]: the starting posture, which turns along."""
-        bearing, rate = self.motion.bearing(t)
-        state = self._rest_state.copy()
-        state[0], state[N_ARM] = -bearing, -rate
-        return state
-
-
-class _Scratch:
-    """Holds a context of the arm's plant; a plain object, since Drake's values cannot hold a Context from Python."""
-
-    def __init__(self, plant: Any) -> None:
-        self.plant = plant
-        self.context = plant.CreateDefaultContext()
-
-    def __deepcopy__(self, memo: Any) -> _Scratch:
-        # A cloned diagram context must not share the arm's context with the one that it came from.
-        return _Scratch(self.plant)
-
-
 def saturate(torque: Array, limits: Array) -> Array:
     """Return `torque` within what the motors give, each array [N m] of shape (7,).
 
@@ -58,135 +32,225 @@ def saturate(torque: Array, limits: Array) -> Array:
 
 
 def motor_load(torque: Array, limits: Array) -> Array:
-    """Return the share of each joint's motors that `torque`, shape (..., 7), asks for; a differential's joints have the pair's."""
+    """Return the utilization of each joint's motors by `torque`, shape (..., 7); a differential's joints have the pair's."""
     load = np.abs(torque) / limits
     for a, b in DIFFERENTIALS:
         load[..., a] = load[..., b] = load[..., a] + load[..., b]
     return np.asarray(load)
 
 
-class CastController(LeafSystem):
+class MeasuredArm:
+    """The arm as a controller knows it: what the encoders say, put into the controller's own model of the arm alone.
+
+    Attributes
+    ----------
+    q, v, state
+        Joint angles [rad] and velocities [rad/s], (7,) each, and both in one, (14,).
+    plant, context
+        The model, and a context of it in this state.
+    """
+
+    def __init__(self, plant: MultibodyPlant) -> None:
+        self.plant = plant
+        self.context: Context = plant.CreateDefaultContext()
+        self._hand = plant.GetFrameByName("tool_plate")
+        self.measure(np.zeros(2 * N_ARM))
+
+    def measure(self, state: Array) -> None:
+        """Take on a measured state (14,)."""
+        self.state, self.q, self.v = state, state[:N_ARM], state[N_ARM:]
+        self.plant.SetPositionsAndVelocities(self.context, state)
+
+    def __deepcopy__(self, memo: object) -> Self:
+        # A cloned diagram context must not share the arm's context with the one that it came from.
+        clone = type(self)(self.plant)
+        clone.measure(self.state)
+        return clone
+
+    @property
+    def p_WE(self) -> Array:
+        """The hand's position [m], (3,)."""
+        return np.asarray(self._hand.body().EvalPoseInWorld(self.context).translation())
+
+    @property
+    def v_WE(self) -> Array:
+        """The hand's velocity [m/s], (3,)."""
+        return np.asarray(self.Jv_WE @ self.v)
+
+    @property
+    def Jv_WE(self) -> Array:
+        """The hand's translational Jacobian, (3, 7): v_WE = Jv_WE v."""
+        world = self.plant.world_frame()
+        return np.asarray(
+            self.plant.CalcJacobianTranslationalVelocity(
+                self.context, JacobianWrtVariable.kV, self._hand, _ORIGIN, world, world
+            )
+        )
+
+    @property
+    def holding_torque(self) -> Array:
+        """The torque that carries the arm's own weight [N m], (7,)."""
+        return np.asarray(-self.plant.CalcGravityGeneralizedForces(self.context))
+
+
+class HandState(NamedTuple):
+    """Position p_WE [m] and velocity v_WE [m/s] of the hand, (3,) each."""
+
+    p_WE: Array
+    v_WE: Array
+
+
+class ArmController(LeafSystem):
+    """Base of a controller: a subclass says in `torque` what it wants of the motors.
+
+    It is a pure function of time, arm state and cast: the cast is a numeric parameter of the context, its motion a cache entry.
+    What the motors cannot give is cut off by `saturate`.
+
+    Ports
+    -----
+    arm_state -> actuation [N m] (7), hand [m, m/s] (6), hand_desired [m, m/s] (6), stage (1);
+    `arm_state` is q [rad] and v [rad/s], (14), `hand` is p_WE and v_WE.
+
+    Parameters
+    ----------
+    scenario
+        Of the robot and its casts.
+
+    Attributes
+    ----------
+    scenario, plant
+        As given, and the controller's own model of the arm.
+    torque_limits
+        Of the motors [N m], shape (7,).
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        super().__init__()
+        self.scenario = scenario
+        self.plant = make_arm_plant(scenario)
+        self.torque_limits: Array = self.plant.GetEffortUpperLimits()
+        self._input = self.DeclareVectorInputPort("arm_state", 2 * N_ARM)
+        self._cast_index = self.DeclareNumericParameter(BasicVector([0.3, 0.6, 0.1, 0.0, 0.0, math.nan]))
+        time, arm_state = self.time_ticket(), self._input.ticket()
+        cast = self.numeric_parameter_ticket(NumericParameterIndex(self._cast_index))
+        self._motion = self.DeclareCacheEntry(
+            description="motion",
+            value_producer=ValueProducer(
+                allocate=lambda: AbstractValue.Make(object()),  # Drake 1.58 refuses None
+                calc=self._calc_motion,
+            ),
+            prerequisites_of_calc={cast},
+        )
+        # An entry of its own, since port and torque both ask for it, and a turn's takes its time.
+        self._desired = self.DeclareCacheEntry(
+            description="desired hand",
+            value_producer=ValueProducer(
+                allocate=lambda: AbstractValue.Make(object()), calc=self._calc_desired
+            ),
+            prerequisites_of_calc={time, cast},
+        )
+        self._arm = self.DeclareCacheEntry(
+            description="measured arm",
+            value_producer=ValueProducer(
+                allocate=lambda: AbstractValue.Make(MeasuredArm(self.plant)), calc=self._calc_arm
+            ),
+            prerequisites_of_calc={arm_state},
+        )
+        self.DeclareVectorOutputPort("actuation", N_ARM, self._calc_actuation, {time, cast, arm_state})
+        self.DeclareVectorOutputPort("hand", 6, self._calc_hand, {arm_state})
+        self.DeclareVectorOutputPort("hand_desired", 6, self._calc_hand_desired, {time, cast})
+        self.DeclareVectorOutputPort("stage", 1, self._calc_stage, {time, cast})
+
+    def torque(self, t: float, arm: MeasuredArm, desired: HandState, motion: CastMotion) -> Array:
+        """Return the torque [N m], (7,), that the motors are to give at time `t` [s] from the start of the `motion`."""
+        raise NotImplementedError
+
+    def hand_desired(self, t: float, motion: CastMotion) -> tuple[Array, Array]:
+        """Return p_WE [m] and v_WE [m/s], (3,) each, that the hand is to have; the tracking error counts from there.
+
+        Here, those of the `motion`; a controller that follows another reference returns its own, or nan if it has none.
+        """
+        return motion.evaluate(t)
+
+    def set_cast(
+        self, context: Context, cast: Cast, *, start_bearing: float = 0.0, cup_radius: float | None = None
+    ) -> None:
+        """Set in this system's own `context` the cast, and what else its motion depends on: see `CastMotion`."""
+        parameter = context.get_mutable_numeric_parameter(self._cast_index)
+        radius = math.nan if cup_radius is None else cup_radius
+        parameter.SetFromVector([cast.distance, cast.speed, cast.wait, cast.bearing, start_bearing, radius])
+
+    def get_cast(self, context: Context) -> Cast:
+        """Return the cast in this system's own `context`."""
+        *parameters, bearing = context.get_numeric_parameter(self._cast_index).value()[:4]
+        return Cast.from_array(np.array(parameters), bearing)
+
+    def _calc_motion(self, context: Context, value: AbstractValue) -> None:
+        start_bearing, radius = context.get_numeric_parameter(self._cast_index).value()[4:]
+        cup_radius = None if math.isnan(radius) else radius
+        cast = self.get_cast(context)
+        value.set_value(CastMotion(self.scenario, cast, start_bearing=start_bearing, cup_radius=cup_radius))
+
+    def _calc_desired(self, context: Context, value: AbstractValue) -> None:
+        value.set_value(HandState(*self.hand_desired(context.get_time(), self._motion.Eval(context))))
+
+    def _calc_arm(self, context: Context, value: AbstractValue) -> None:
+        value.get_value().measure(self._input.Eval(context))
+
+    def _calc_actuation(self, context: Context, output: BasicVector) -> None:
+        evaluated = (entry.Eval(context) for entry in (self._arm, self._desired, self._motion))
+        torque = self.torque(context.get_time(), *evaluated)
+        output.SetFromVector(saturate(torque, self.torque_limits))
+
+    def _calc_hand(self, context: Context, output: BasicVector) -> None:
+        arm: MeasuredArm = self._arm.Eval(context)
+        output.SetFromVector(np.concatenate([arm.p_WE, arm.v_WE]))
+
+    def _calc_hand_desired(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(np.concatenate(self._desired.Eval(context)))
+
+    def _calc_stage(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector([self._motion.Eval(context).stage(context.get_time())])
+
+
+class CastController(ArmController):
     """Moves the hand along a cast.
 
     With J the hand's translational Jacobian, and desired values from `CastMotion`:
 
         u_x = K_p (p_WE_desired - p_WE) + K_d (v_WE_desired - v_WE)              (Section 2.3 of the paper)
         u_q = J^T u_x + g(q) + N (K_posture (q_posture - q) + D_posture (v_posture - v))
-        N   = I - J^T (J J^T)^-1 J                        torques that are statically without force at the hand
+        N   = I - J^T (J J^T)^-1 J                        null-space torques: zero force at the end effector
 
     and the result is kept within the motors' torques (`saturate`). The posture is the arm's at the start of the cast; during the
     turn its joint 1 turns along, else v_posture is zero. g(q) holds the arm alone, not the string and the ball, of
-    which the controller knows nothing. It is a pure function of time, arm state and cast: the cast is a numeric parameter of
-    the context, what follows from it alone a cache entry.
-
-    Ports
-    -----
-    arm_state -> actuation [N m] (7), hand [m, m/s] (6), hand_desired [m, m/s] (6), stage (1);
-    `arm_state` is q [rad] and v [rad/s], (14), `hand` is p_WE and v_WE.
+    which the controller knows nothing.
     """
 
     def __init__(self, scenario: Scenario) -> None:
-        super().__init__()
-        self._scenario = scenario
-        self._plant = make_arm_plant(scenario)
-        self._hand_frame = self._plant.GetFrameByName("tool_plate")
-        self._hand_body = self._hand_frame.body()
-        self._world_frame = self._plant.world_frame()
-        self._kp, self._kd = scenario.controller.kp, scenario.controller.kd
-        self._posture_gain = np.hstack(
-            [np.diag(scenario.controller.posture_stiffness), np.diag(scenario.controller.posture_damping)]
-        )
-        self.torque_limits: Array = self._plant.GetEffortUpperLimits()
+        super().__init__(scenario)
+        gains = scenario.controller
+        self._kp, self._kd = gains.kp, gains.kd
+        self._posture_gain = np.hstack([np.diag(gains.posture_stiffness), np.diag(gains.posture_damping)])
+        self._rest_state = np.concatenate([starting_posture(self.plant, scenario), np.zeros(N_ARM)])
 
-        self._input = self.DeclareVectorInputPort("arm_state", 2 * N_ARM)
-        self._cast_index = self.DeclareNumericParameter(BasicVector([0.3, 0.6, 0.1, 0.0, 0.0, math.nan]))
-        cast_ticket = self.numeric_parameter_ticket(NumericParameterIndex(self._cast_index))
-        state_ticket = self.input_port_ticket(self._input.get_index())
-        self._reference = self.DeclareCacheEntry(
-            description="reference",
-            value_producer=ValueProducer(
-                allocate=lambda: AbstractValue.Make(object()),  # Drake 1.58 refuses None
-                calc=self._calc_reference,
-            ),
-            prerequisites_of_calc={cast_ticket},
-        )
-        # Not a result but a place to compute in, one for each context: whoever uses it sets the arm's state first.
-        self._scratch = self.DeclareCacheEntry(
-            description="scratch context of the arm",
-            value_producer=ValueProducer(
-                allocate=lambda: AbstractValue.Make(_Scratch(self._plant)), calc=lambda _context, _value: None
-            ),
-            prerequisites_of_calc={self.nothing_ticket()},
-        )
-        time_ticket = self.time_ticket()
-        self.DeclareVectorOutputPort(
-            "actuation", N_ARM, self._calc_actuation, {time_ticket, cast_ticket, state_ticket}
-        )
-        self.DeclareVectorOutputPort("hand", 6, self._calc_hand, {state_ticket})
-        self.DeclareVectorOutputPort("hand_desired", 6, self._calc_hand_desired, {time_ticket, cast_ticket})
-        self.DeclareVectorOutputPort("stage", 1, self._calc_stage, {time_ticket, cast_ticket})
-
-    def set_cast(
-        self, context: Any, cast: Cast, *, start_bearing: float = 0.0, cup_radius: float | None = None
-    ) -> None:
-        """Set in this system's own `context` the cast, and what else its motion depends on: see `CastMotion`."""
-        parameter = context.get_mutable_numeric_parameter(self._cast_index)
-        place = math.nan if cup_radius is None else cup_radius
-        parameter.SetFromVector([cast.distance, cast.speed, cast.wait, cast.bearing, start_bearing, place])
-
-    def get_cast(self, context: Any) -> Cast:
-        """Return the cast in this system's own `context`."""
-        *parameters, bearing = context.get_numeric_parameter(self._cast_index).value()[:4]
-        return Cast.from_array(np.array(parameters), bearing)
-
-    def _calc_reference(self, context: Any, value: Any) -> None:
-        cast = self.get_cast(context)
-        start_bearing, place = context.get_numeric_parameter(self._cast_index).value()[4:]
-        motion = CastMotion(
-            self._scenario,
-            cast,
-            start_bearing=start_bearing,
-            cup_radius=None if math.isnan(place) else place,
-        )
-        q_posture = starting_posture(self._plant, self._scenario, cast.bearing)
-        value.set_value(_Reference(motion, q_posture))
-
-    def _hand_kinematics(self, context: Any) -> tuple[Any, Any, Array]:
-        """Return the arm's context, p_WE (3,) and Jv_WE (3, 7)."""
-        arm = self._scratch.Eval(context).context
-        self._plant.SetPositionsAndVelocities(arm, self._input.Eval(context))
-        p_WE = self._hand_body.EvalPoseInWorld(arm).translation()
-        Jv_WE = self._plant.CalcJacobianTranslationalVelocity(
-            arm, JacobianWrtVariable.kV, self._hand_frame, _ORIGIN, self._world_frame, self._world_frame
-        )
-        return arm, p_WE, Jv_WE
-
-    def _calc_actuation(self, context: Any, output: Any) -> None:
-        arm, p_WE, J = self._hand_kinematics(context)
-        state = self._input.Eval(context)
-        reference = self._reference.Eval(context)
-        p_desired, v_desired = reference.motion.evaluate(context.get_time())
-        u_x = self._kp * (p_desired - p_WE) + self._kd * (v_desired - J @ state[N_ARM:])
-        posture = self._posture_gain @ (reference.posture(context.get_time()) - state)
+    def torque(self, t: float, arm: MeasuredArm, desired: HandState, motion: CastMotion) -> Array:
+        """Return the law's torque [N m], (7,)."""
+        J = arm.Jv_WE
+        u_x = self._kp * (desired.p_WE - arm.p_WE) + self._kd * (desired.v_WE - J @ arm.v)
+        posture = self._posture_gain @ (self._posture(t, motion) - arm.state)
         # dposv solves a positive definite system without the checks that cost numpy.linalg.solve most of its time.
         _, force_of_posture, failed = dposv(J @ J.T, J @ posture)
         if failed:  # a straight arm cannot push along itself
             force_of_posture = np.linalg.lstsq(J.T, posture)[0]
-        gravity = -self._plant.CalcGravityGeneralizedForces(arm)
-        u_q = J.T @ (u_x - force_of_posture) + posture + gravity
-        output.SetFromVector(saturate(u_q, self.torque_limits))
+        return np.asarray(J.T @ (u_x - force_of_posture) + posture + arm.holding_torque)
 
-    def _calc_hand(self, context: Any, output: Any) -> None:
-        _, p_WE, J = self._hand_kinematics(context)
-        output.SetFromVector(np.concatenate([p_WE, J @ self._input.Eval(context)[N_ARM:]]))
-
-    def _calc_hand_desired(self, context: Any, output: Any) -> None:
-        output.SetFromVector(
-            np.concatenate(self._reference.Eval(context).motion.evaluate(context.get_time()))
-        )
-
-    def _calc_stage(self, context: Any, output: Any) -> None:
-        output.SetFromVector([self._reference.Eval(context).motion.stage(context.get_time())])
+    def _posture(self, t: float, motion: CastMotion) -> Array:
+        """Return the arm's state (14,) that the null space keeps: the starting posture, which turns along."""
+        bearing, rate = motion.bearing(t)
+        state = self._rest_state.copy()
+        state[0], state[N_ARM] = -bearing, -rate
+        return state
 
 
 _ORIGIN = np.zeros(3)

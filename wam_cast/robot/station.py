@@ -4,19 +4,24 @@ from __future__ import annotations
 
 import inspect
 import math
-from typing import Any
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from pydrake.geometry import MeshcatVisualizer, MeshcatVisualizerParams, SceneGraph
+from numpy.typing import NDArray
+from pydrake.common.value import AbstractValue
+from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, SceneGraph
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import BasicVector, DiagramBuilder, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, LeafSystem, OutputPort
 from pydrake.systems.primitives import Adder, LogVectorOutput, MatrixGain, Saturation, ZeroOrderHold
 
 from wam_cast.arm_model import arm_coulomb_friction
 from wam_cast.cast import Cast
 from wam_cast.casting_plane import to_casting_plane
 from wam_cast.errors import InputError
+from wam_cast.motion.stages import CastMotion
 from wam_cast.robot.controller import CastController
 from wam_cast.robot.encoders import Encoders, encoder_resolution
 from wam_cast.robot.noise import TorqueNoise, executed_cast, swing_at_start
@@ -29,15 +34,64 @@ from wam_cast.robot.plant import (
     starting_posture,
 )
 from wam_cast.scenario import Scenario
+from wam_cast.types import Array, Position
+
+CONTROLLER_PORTS = ("hand", "hand_desired", "stage")
+"""Output ports of the controller that are exported if it has them."""
 
 FRICTION_SPEED = 0.1
 """Joint speed [rad/s] from which Coulomb friction has its full size; below, it grows in proportion."""
 
 
+class Log(NamedTuple):
+    """Samples of a simulation, one a control period.
+
+    Attributes
+    ----------
+    times
+        From the start of the turn [s], shape (n,).
+    states
+        Positions and velocities of the plant, shape (n, n_x).
+    torques
+        Of the motors [N m], shape (n, 7): what was held up to each time.
+    hand_desired
+        What the controller wants the hand to do: p_WE [m] and v_WE [m/s], shape (n, 6); nan if it does not say.
+    """
+
+    times: Array
+    states: Array
+    torques: Array
+    hand_desired: Array
+
+    def part(self, samples: slice | NDArray[np.bool_]) -> Log:
+        """Return some of the samples."""
+        return Log(*(values[samples] for values in self))
+
+    def followed_by(self, later: Log) -> Log:
+        """Return these samples and then those of another log."""
+        return Log(*map(np.concatenate, zip(self, later, strict=True)))
+
+
+class PartState(NamedTuple):
+    """The state of one system: continuous, discrete by group, and abstract."""
+
+    continuous: Array
+    discrete: list[Array]
+    abstract: list[AbstractValue]
+
+
+@dataclass(frozen=True, eq=False)
+class StationState:
+    """The time [s], and the state of plant, controller and held torque: a station with contact takes it from one without."""
+
+    time: float
+    parts: tuple[PartState, ...]
+
+
 class BallTracker(LeafSystem):
     """Picks the ball out of the plant's body poses and velocities: -> position p_WL [m] (3), velocity v_WL [m/s] (3)."""
 
-    def __init__(self, plant: Any) -> None:
+    def __init__(self, plant: MultibodyPlant) -> None:
         super().__init__()
         self._ball = plant.GetBodyByName("ball").index()
         poses, velocities = (
@@ -49,10 +103,10 @@ class BallTracker(LeafSystem):
         self.DeclareVectorOutputPort("position", 3, self._calc_position, {self._poses.ticket()})
         self.DeclareVectorOutputPort("velocity", 3, self._calc_velocity, {self._velocities.ticket()})
 
-    def _calc_position(self, context: Any, output: BasicVector) -> None:
+    def _calc_position(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self._poses.Eval(context)[self._ball].translation())
 
-    def _calc_velocity(self, context: Any, output: BasicVector) -> None:
+    def _calc_velocity(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self._velocities.Eval(context)[self._ball].translational())
 
 
@@ -60,9 +114,9 @@ class CastStation:
     """The arm, the string, the ball and the cup under a controller, as a Drake diagram.
 
     Exported output ports: `state` (all positions and velocities), `arm_state` (q and v of the arm, 14), `ball_position` and
-    `ball_velocity` (p_WL, v_WL), `hand` and `hand_desired` (p_WE and v_WE, 6; `hand` as the controller measures it), `stage` (1),
-    `torque` (the motors', held between samples, 7). Logs of `state` and `torque`, a sample per control period,
-    are what outcomes are made from.
+    `ball_velocity` (p_WL, v_WL), `torque` (the motors', held between samples, 7), and of the controller's, if it has them, `hand`
+    and `hand_desired` (p_WE and v_WE, 6; `hand` as the controller measures it) and `stage` (1). Logs of `state`, `torque` and
+    `hand_desired`, a sample per control period, are what outcomes are made from.
 
     Parameters
     ----------
@@ -72,8 +126,9 @@ class CastStation:
         With geometry: the cup and the floor, contact, and what can be seen. Without, the plant is the same but the ball meets
         nothing, which simulates faster.
     controller
-        In place of `CastController`: a LeafSystem with its ports, and a method `set_cast(context, cast)` that takes the cast into
-        its own context. If that also takes `start_bearing` and `cup_radius` by name, it is told them as `CastMotion` is.
+        In place of `CastController`: an `ArmController`, or any LeafSystem with the ports `arm_state` and `actuation`, and a
+        method `set_cast(context, cast)` that takes the cast into its own context. If that also takes `start_bearing` and
+        `cup_radius` by name, it is told them as `CastMotion` is.
     meshcat
         Where to show the station, or none.
 
@@ -89,44 +144,42 @@ class CastStation:
         *,
         has_scene: bool = True,
         controller: LeafSystem | None = None,
-        meshcat: Any = None,
+        meshcat: Meshcat | None = None,
     ) -> None:
         self.scenario = scenario
-        if controller is not None and not hasattr(controller, "set_cast"):
+        controller = controller or CastController(scenario)
+        set_cast: Callable[..., None] | None = getattr(controller, "set_cast", None)
+        if set_cast is None:
             raise InputError(
                 f"controller {type(controller).__name__}: has no method set_cast(context, cast), by which it is told the cast; "
                 "add one (it may do nothing)"
             )
+        self._set_cast = set_cast
+        self._is_told_places = {"start_bearing", "cup_radius"} <= set(inspect.signature(set_cast).parameters)
         builder = DiagramBuilder()
         self._add_plant(builder, has_scene)
-        self._torque_noise: Any = None
+        self._torque_noise: TorqueNoise | None = None
         self._arm_plant = make_arm_plant(scenario)
         self._q_start = starting_posture(self._arm_plant, scenario)
-        self.controller: Any = builder.AddNamedSystem("controller", controller or CastController(scenario))
-        self.hold: Any = builder.AddNamedSystem("hold", ZeroOrderHold(scenario.controller.period, N_ARM))
-        self.ball_tracker: Any = builder.AddNamedSystem("ball_tracker", BallTracker(self.plant))
-        parameters = inspect.signature(self.controller.set_cast).parameters
-        self._is_told_places = {"start_bearing", "cup_radius"} <= set(parameters)
+        self.controller: LeafSystem = builder.AddNamedSystem("controller", controller)
+        self.hold: ZeroOrderHold = builder.AddNamedSystem(
+            "hold", ZeroOrderHold(scenario.controller.period, N_ARM)
+        )
+        self.ball_tracker: BallTracker = builder.AddNamedSystem("ball_tracker", BallTracker(self.plant))
+        self._systems_with_state = (self.plant, self.controller, self.hold)
         self._connect(builder)
         self._export(builder)
-        self._state_log = LogVectorOutput(
-            self.plant.get_state_output_port(), builder, publish_period=scenario.controller.period
-        )
-        self._torque_log = LogVectorOutput(
-            self.hold.get_output_port(), builder, publish_period=scenario.controller.period
-        )
-        self._state_log.set_name("state_log")
-        self._torque_log.set_name("torque_log")
-        self.visualizer: Any = None
+        self._add_logs(builder)
+        self.visualizer: MeshcatVisualizer | None = None
         if meshcat is not None:
             parameters = MeshcatVisualizerParams(publish_period=1 / 64)
             self.visualizer = MeshcatVisualizer.AddToBuilder(builder, self.scene_graph, meshcat, parameters)
-        self.diagram: Any = builder.Build()
+        self.diagram: Diagram = builder.Build()
         self.diagram.set_name("cast_station")
 
     def _add_plant(self, builder: DiagramBuilder, has_scene: bool) -> None:
-        self.plant: Any = builder.AddNamedSystem("plant", MultibodyPlant(time_step=0.0))
-        self.scene_graph: Any = None
+        self.plant: MultibodyPlant = builder.AddNamedSystem("plant", MultibodyPlant(time_step=0.0))
+        self.scene_graph: SceneGraph | None = None
         if has_scene:
             self.scene_graph = builder.AddNamedSystem("scene_graph", SceneGraph())
             self.plant.RegisterAsSourceForSceneGraph(self.scene_graph)
@@ -157,13 +210,13 @@ class CastStation:
         for name in ("body_poses", "body_spatial_velocities"):
             builder.Connect(plant.GetOutputPort(name), self.ball_tracker.GetInputPort(name))
 
-    def _add_encoders(self, builder: DiagramBuilder, arm_state: Any) -> Any:
+    def _add_encoders(self, builder: DiagramBuilder, arm_state: OutputPort) -> OutputPort:
         resolution = encoder_resolution(self.plant, self.scenario.noise.encoder_counts)
         encoders = builder.AddNamedSystem("encoders", Encoders(resolution, self.scenario.controller.period))
         builder.Connect(arm_state, encoders.get_input_port())
         return encoders.get_output_port()
 
-    def _add_torque_noise(self, builder: DiagramBuilder, commanded: Any) -> Any:
+    def _add_torque_noise(self, builder: DiagramBuilder, commanded: OutputPort) -> OutputPort:
         limits, period = self.plant.GetEffortUpperLimits(), self.scenario.controller.period
         self._torque_noise = builder.AddNamedSystem(
             "torque_noise", TorqueNoise(self.scenario.noise.torque, limits, period)
@@ -171,7 +224,7 @@ class CastStation:
         builder.Connect(commanded, self._torque_noise.get_input_port())
         return self._torque_noise.get_output_port()
 
-    def _add_friction(self, builder: DiagramBuilder, torque: Any) -> Any:
+    def _add_friction(self, builder: DiagramBuilder, torque: OutputPort) -> OutputPort:
         """Take the joints' Coulomb friction from `torque`; Drake's own blocks keep Python out of the integrator's steps."""
         friction = self.scenario.arm.coulomb_friction * arm_coulomb_friction()
         select_v = np.hstack([np.zeros((N_ARM, N_ARM)), np.eye(N_ARM) / FRICTION_SPEED])
@@ -191,15 +244,34 @@ class CastStation:
         builder.ExportOutput(self.plant.get_state_output_port(self._arm), "arm_state")
         builder.ExportOutput(self.ball_tracker.GetOutputPort("position"), "ball_position")
         builder.ExportOutput(self.ball_tracker.GetOutputPort("velocity"), "ball_velocity")
-        for name in ("hand", "hand_desired", "stage"):
+        for name in filter(self.controller.HasOutputPort, CONTROLLER_PORTS):
             builder.ExportOutput(self.controller.GetOutputPort(name), name)
         builder.ExportOutput(self.hold.get_output_port(), "torque")
 
+    def _add_logs(self, builder: DiagramBuilder) -> None:
+        ports = {"state": self.plant.get_state_output_port(), "torque": self.hold.get_output_port()}
+        if self.controller.HasOutputPort("hand_desired"):
+            ports["hand_desired"] = self.controller.GetOutputPort("hand_desired")
+        period = self.scenario.controller.period
+        self._logs = {
+            name: LogVectorOutput(port, builder, publish_period=period) for name, port in ports.items()
+        }
+        for name, log in self._logs.items():
+            log.set_name(f"{name}_log")
+
+    def executed_motion(
+        self, cast: Cast, cup: Position | None = None, *, noise_seed: int = 0, start_bearing: float = 0.0
+    ) -> CastMotion:
+        """Return the motion that the arm executes when `cast` is commanded; see `set_start`."""
+        executed = executed_cast(self.scenario.noise, cast, noise_seed)
+        radius = None if cup is None else to_casting_plane(np.array(cup), cast.bearing)[0]
+        return CastMotion(self.scenario, executed, start_bearing=start_bearing, cup_radius=radius)
+
     def set_start(
         self,
-        context: Any,
+        context: Context,
         cast: Cast,
-        cup: tuple[float, float] | None = None,
+        cup: Position | None = None,
         *,
         noise_seed: int = 0,
         start_bearing: float = 0.0,
@@ -210,11 +282,22 @@ class CastStation:
         the cup's axis; without one, a cup stays where it is by default, below the arm. `noise_seed` draws the scenario's noise,
         if it has any: which cast is executed, how the ball swings, what the torques do.
         """
+        motion = self.executed_motion(cast, cup, noise_seed=noise_seed, start_bearing=start_bearing)
+        self.begin(context, motion, cup, noise_seed=noise_seed)
+
+    def begin(
+        self, context: Context, motion: CastMotion, cup: Position | None = None, *, noise_seed: int = 0
+    ) -> None:
+        """Put the diagram's `context` at the start of a `motion`, as `set_start` does for a cast.
+
+        A controller whose `set_cast` takes the cast alone is told no more; it cannot start elsewhere than at home.
+        """
+        self.check_bearing(motion.cast.bearing, is_first=motion.start_bearing == 0)
         self.diagram.SetDefaultContext(context)
         context.SetTime(0.0)
         plant_context = self.plant.GetMyMutableContextFromRoot(context)
         q_arm = self._q_start.copy()
-        q_arm[0] = -start_bearing
+        q_arm[0] = -motion.start_bearing
         q, v = hanging_positions(self.plant, q_arm), np.zeros(self.plant.num_velocities())
         if self.scenario.noise.swing > 0:
             angles, rates = swing_at_start(self.scenario, noise_seed)
@@ -222,34 +305,15 @@ class CastStation:
             v[HOOK] += rates
         self.plant.SetPositions(plant_context, q)
         self.plant.SetVelocities(plant_context, v)
-        executed = executed_cast(self.scenario.noise, cast, noise_seed)
-        self.set_cast(context, executed, cup, start_bearing=start_bearing)
+        places = {"start_bearing": motion.start_bearing, "cup_radius": motion.cup_radius}
+        own = self.controller.GetMyMutableContextFromRoot(context)
+        self._set_cast(own, motion.cast, **(places if self._is_told_places else {}))
         if self._torque_noise is not None:
             self._torque_noise.set_seed(self._torque_noise.GetMyMutableContextFromRoot(context), noise_seed)
         if cup is not None and self.scene_graph is not None:
             self.set_cup(context, cup)
-        for log in (self._state_log, self._torque_log):
+        for log in self._logs.values():
             log.FindMutableLog(context).Clear()
-
-    def set_cast(
-        self,
-        context: Any,
-        cast: Cast,
-        cup: tuple[float, float] | None = None,
-        *,
-        start_bearing: float = 0.0,
-    ) -> None:
-        """Set the controller's cast in the diagram's `context`, and tell it where it starts and where the cup stands.
-
-        A controller whose `set_cast` takes the cast alone is told no more; it cannot start elsewhere than at home.
-        """
-        own = self.controller.GetMyMutableContextFromRoot(context)
-        if not self._is_told_places:
-            self.check_bearing(cast.bearing, is_first=start_bearing == 0)
-            self.controller.set_cast(own, cast)
-            return
-        radius = None if cup is None else to_casting_plane(np.array(cup), cast.bearing)[0]
-        self.controller.set_cast(own, cast, start_bearing=start_bearing, cup_radius=radius)
 
     def check_bearing(self, bearing: float, *, is_first: bool) -> None:
         """Raise `InputError` if joint 1 cannot turn to `bearing` [rad], or the controller start a cast at home alone."""
@@ -260,7 +324,7 @@ class CastStation:
                 "start_bearing; let it take start_bearing and cup_radius by name, as CastController's does"
             )
 
-    def set_cup(self, context: Any, cup: tuple[float, float]) -> None:
+    def set_cup(self, context: Context, cup: Position) -> None:
         """Stand the cup at world (x, y) [m] in the diagram's `context`.
 
         It is turned to face the base axis: so the flat boxes that make up its wall favour no bearing.
@@ -270,10 +334,36 @@ class CastStation:
         X_WC = RigidTransform(R_WC, [*cup, self.scenario.cup.rim_height])
         mount.SetPoseInParentFrame(self.plant.GetMyMutableContextFromRoot(context), X_WC)
 
-    def logged(self, context: Any) -> tuple[Any, Any, Any]:
-        """Return the logs in `context`: times (n,), states (n, n_x), torques (n, 7)."""
-        states, torques = self._state_log.FindLog(context), self._torque_log.FindLog(context)
-        return states.sample_times().copy(), states.data().T.copy(), torques.data().T.copy()
+    def state(self, context: Context) -> StationState:
+        """Return the time and the state in the diagram's `context`."""
+        parts = []
+        for system in self._systems_with_state:
+            own = system.GetMyContextFromRoot(context)
+            continuous = own.get_continuous_state_vector().CopyToVector()
+            discrete = [
+                own.get_discrete_state(i).value().copy() for i in range(own.num_discrete_state_groups())
+            ]
+            abstract = [own.get_abstract_state(i).Clone() for i in range(own.num_abstract_states())]
+            parts.append(PartState(continuous, discrete, abstract))
+        return StationState(context.get_time(), tuple(parts))
+
+    def set_state(self, context: Context, state: StationState) -> None:
+        """Give the diagram's `context` the state that another one had; its time stays."""
+        for system, part in zip(self._systems_with_state, state.parts, strict=True):
+            own = system.GetMyMutableContextFromRoot(context)
+            own.get_mutable_continuous_state_vector().SetFromVector(part.continuous)
+            for i, values in enumerate(part.discrete):
+                own.SetDiscreteState(i, values)
+            for i, value in enumerate(part.abstract):
+                own.get_mutable_abstract_state(i).SetFrom(value)
+
+    def logged(self, context: Context) -> Log:
+        """Return the logs in `context`."""
+        logs = {name: log.FindLog(context) for name, log in self._logs.items()}
+        times = logs["state"].sample_times().copy()
+        values = {name: log.data().T.copy() for name, log in logs.items()}
+        desired = values.get("hand_desired", np.full((len(times), 6), np.nan))
+        return Log(times, values["state"], values["torque"], desired)
 
     def graph(self) -> str:
         """Return a drawing of the diagram in Graphviz's language: parts, ports and connections, without the logs' inside."""

@@ -20,7 +20,7 @@ MAX_GROWTH = 5.0
 SHORTEST_STEP = 1e-6
 """Shorter steps [s] would make a cast take minutes."""
 
-HASTE = 1.5
+MODE_MARGIN = 1.5
 """How much faster than the hanging string's modes those of a folded one were seen to decay, and of a pulled one to vibrate."""
 
 
@@ -30,7 +30,7 @@ def flight_step(station: CastStation) -> float:
     A step h of a method of second order multiplies a mode of eigenvalue s by 1 + s h + (s h)^2 / 2: too long a step blows
     up what is damped fast, and any step what is not damped at all.
     """
-    modes = HASTE * small_motion_modes(station)
+    modes = MODE_MARGIN * small_motion_modes(station)
     period = station.scenario.controller.period
 
     def growth(n_steps: int) -> float:

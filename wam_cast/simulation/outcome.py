@@ -1,25 +1,13 @@
-"""Outcome of a cast and its status; pure functions of the ball's trajectory, without Drake."""
+"""What is told of a simulated cast: its status and its numbers."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline
-from scipy.optimize import brentq
 
-from wam_cast.constants import GRAVITY
-from wam_cast.scenario import Cup
 from wam_cast.types import Array
-
-REST_RISE = 0.005
-"""A ball in the cup rests once its energy could lift it no higher above the bottom than this [m]."""
-
-SLACK_MARGIN = 0.005
-"""The string is slack when hand and ball are closer than its length by more than this share of it."""
 
 
 class Status(StrEnum):
@@ -46,25 +34,7 @@ class Status(StrEnum):
     LIMIT_HIT = "limit_hit"
     """A joint left its range or its speed limit, or a motor saturated, wherever the ball went: see `Outcome.limits_hit`."""
     DIVERGED = "diverged"
-    """The simulation broke down."""
-
-
-@dataclass(frozen=True, eq=False)
-class BallTrack:
-    """The ball over time: times (n,) [s], p_WL (n, 3) [m], v_WL (n, 3) [m/s], world frame."""
-
-    times: Array
-    p_WL: Array
-    v_WL: Array
-
-
-@dataclass(frozen=True, eq=False)
-class Crossing:
-    """Where the ball's centre first came down through a horizontal plane: time [s], p_WL and v_WL (3,)."""
-
-    time: float
-    p_WL: Array
-    v_WL: Array
+    """The simulation diverged."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,9 +64,9 @@ class Outcome:
     miss
         Horizontal distance from the landing to the cup's axis [m]; nan without a cup.
     peak_load, peak_speed
-        Per joint, the largest share of the motors' torque and of the speed limit that the cast used, each of shape (7,).
+        Per joint, the peak utilization of the motors' torque and of the velocity limit, each of shape (7,).
     peak_tracking_error
-        The hand's largest distance from its reference [m].
+        The hand's largest distance from the controller's reference, its port `hand_desired` [m]; nan if it has no such port.
     limits_hit
         Which limits the arm met, such as `("joint 4 speed",)`.
     end_time
@@ -132,65 +102,3 @@ class Outcome:
     def entry_speed(self) -> float:
         """Speed of the ball at the landing [m/s]."""
         return float(np.linalg.norm(self.entry_velocity))
-
-
-def find_crossing(track: BallTrack, height: float) -> Crossing | None:
-    """Return the first downward crossing of the plane at `height` [m], or none.
-
-    Between samples the ball follows the cubic that has their positions and velocities.
-    """
-    z = track.p_WL[:, 2]
-    (falling,) = np.nonzero((z[:-1] > height) & (z[1:] <= height))
-    if len(falling) == 0:
-        return None
-    pair = slice(falling[0], falling[0] + 2)
-    times = track.times[pair]
-    path = CubicHermiteSpline(times, track.p_WL[pair], track.v_WL[pair])
-    time = float(brentq(lambda t: path(t)[2] - height, times[0], times[1], xtol=1e-12))
-    return Crossing(time, path(time), path(time, 1))
-
-
-def angle_from_vertical(velocity: Array) -> float:
-    """Return the angle between `velocity`, shape (3,), and straight down [rad]."""
-    return math.atan2(math.hypot(velocity[0], velocity[1]), -velocity[2])
-
-
-def is_inside(p_CL: Array, cup: Cup) -> NDArray[np.bool_]:
-    """Return where the ball's centre `p_CL`, shape (..., 3), is inside the cup, below its rim."""
-    radial = np.hypot(p_CL[..., 0], p_CL[..., 1])
-    return np.asarray((p_CL[..., 2] < 0) & (radial < cup.inner_radius))
-
-
-def possible_rise(p_CL: Array, speed: float, cup: Cup, ball_radius: float) -> float:
-    """Return how far above its resting place on the cup's bottom [m] a free ball at `p_CL`, shape (3,), would rise."""
-    height = p_CL[2] + cup.rim_height - cup.bottom_thickness - ball_radius
-    return float(height + speed**2 / (2 * GRAVITY))
-
-
-def touches_rim(p_CL: Array, cup: Cup, ball_radius: float, tolerance: float = 5e-4) -> NDArray[np.bool_]:
-    """Return where a ball at `p_CL`, shape (..., 3), touches the rim: the flat ring on top of the wall."""
-    radial = np.hypot(p_CL[..., 0], p_CL[..., 1])
-    nearest = np.clip(radial, cup.inner_radius, cup.outer_radius)
-    distance = np.hypot(radial - nearest, p_CL[..., 2])
-    return np.asarray((p_CL[..., 2] > 0) & (distance < ball_radius + tolerance))
-
-
-def judge(p_CL: Array, is_at_rest: bool, is_carried: bool, cup: Cup, ball_radius: float) -> Status:
-    """Return what became of a ball whose path about the cup was `p_CL`, shape (n, 3), x along the casting plane, y to its left.
-
-    `is_at_rest` and `is_carried` (the cup was touched since it came to rest) describe the end of the path.
-    """
-    inside = is_inside(p_CL, cup)
-    last = p_CL[-1]
-    if inside[-1]:
-        return Status.CAUGHT if is_at_rest and is_carried else Status.NOT_SETTLED
-    if last[2] >= 0:
-        return Status.NOT_SETTLED
-    if np.any(inside):
-        return Status.CAME_OUT
-    if np.any(touches_rim(p_CL, cup, ball_radius)):
-        return Status.RIM_BOUNCE
-    below = p_CL[int(np.argmax(p_CL[:, 2] < 0))]
-    if abs(below[1]) > abs(below[0]):
-        return Status.SIDE
-    return Status.SHORT if below[0] < 0 else Status.LONG

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from wam_cast.cast import Cast
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.outcome import Outcome
-from wam_cast.types import Array
+from wam_cast.types import Array, Position
 
 
 @dataclass(frozen=True)
@@ -18,7 +18,7 @@ class Throw:
     """One of the casts that follow each other: the cast, and world (x, y) [m] of the axis of the cup that it is for."""
 
     cast: Cast
-    cup: tuple[float, float]
+    cup: Position
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,14 +38,15 @@ class CastRecording:
     torques
         Of the motors [N m], shape (n, 7): what was held up to each time, and so none at the first.
     p_WL, v_WL, p_WE, p_WE_desired
-        Ball, hand and the hand's reference in the world frame [m, m/s], each of shape (n, 3).
+        Ball, hand and the hand's reference in the world frame [m, m/s], each of shape (n, 3). The reference is what the
+        controller says at its port `hand_desired`; nan if it has none.
     stages
         `Stage` of each sample, shape (n,).
     """
 
     scenario: Scenario
     cast: Cast
-    cup: tuple[float, float] | None
+    cup: Position | None
     outcome: Outcome
     times: Array
     states: Array

@@ -4,17 +4,15 @@
     manifest.json              `Manifest`: what the casts depend on, how many are wanted, what made them
     casts/part-00000.parquet   rows 0 to 49, and so on: the casts alone, so that the folder reads as one table
 
-Every file is written under a hidden temporary name, which readers of Parquet skip, and then renamed: it is there in full or
-not at all.
+Every file is there in full or not at all.
 """
 
 from __future__ import annotations
 
 import platform
-from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Final, Literal
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -22,6 +20,7 @@ from pydantic import BaseModel, ConfigDict, NonNegativeInt, PositiveInt, Validat
 
 from wam_cast.errors import InputError, describe_validation
 from wam_cast.scenario import Scenario
+from wam_cast.storage.work_directory import ELSEWHERE, WorkDirectory
 from wam_cast.version import __version__
 
 ROWS_PER_PART: Final = 50
@@ -87,11 +86,17 @@ def current_versions() -> dict[str, str]:
     return {"wam_cast": __version__, "python": platform.python_version()} | packages
 
 
-class DatasetDirectory:
+class DatasetDirectory(WorkDirectory):
     """A dataset's directory; `path` need not exist yet."""
 
+    kind = "dataset"
+    identity_name = "manifest.json"
+
     def __init__(self, path: str | Path) -> None:
-        self.path = Path(path)
+        super().__init__(path)
+        self.scenario_path = self.path / "scenario.yaml"
+        self._manifest_path = self.path / self.identity_name
+        self._casts_path = self.path / "casts"
 
     def open(self, scenario: Scenario, seed: int, n_casts: int) -> Manifest:
         """Begin a dataset here, or go on with the one that is here, and return its manifest.
@@ -103,20 +108,24 @@ class DatasetDirectory:
         InputError
             If something else is here, or the directory cannot be written.
         """
-        entries, versions = self._visible_entries(), current_versions()
-        if "manifest.json" in entries:
+        wanted = {"scenario": scenario.fingerprint, "seed": seed}
+        history: tuple[dict[str, str], ...] = ()
+        if self._is_begun():
             old = self.read_manifest()
-            self._check_same(old, scenario, seed, n_casts)
-            history = old.versions if versions in old.versions else (*old.versions, versions)
-            manifest = old.model_copy(update={"n_casts": n_casts, "versions": history})
-        elif entries:
-            raise InputError(
-                f"{self.path} holds {entries[0]} and no dataset; choose an empty or a new directory (--out)"
-            )
-        else:
-            manifest = Manifest(
-                fingerprint=scenario.fingerprint, seed=seed, n_casts=n_casts, versions=(versions,)
-            )
+            self._check_same({"scenario": old.fingerprint, "seed": old.seed}, wanted)
+            if old.n_casts > n_casts:
+                raise InputError(
+                    f"{self.path} holds a dataset of {old.n_casts} casts, more than the {n_casts} asked for; "
+                    f"ask for as many, or {ELSEWHERE}"
+                )
+            history = old.versions
+        versions = current_versions()
+        manifest = Manifest(
+            fingerprint=scenario.fingerprint,
+            seed=seed,
+            n_casts=n_casts,
+            versions=history if versions in history else (*history, versions),
+        )
         self._prepare(manifest, scenario)
         return manifest
 
@@ -153,74 +162,19 @@ class DatasetDirectory:
 
     def write_part(self, part: int, table: pa.Table) -> None:
         """Write a part. Raises `InputError` if that fails."""
-        self._write(self._part_path(part), lambda path: pq.write_table(table, path))
+        with self._writing(self._part_path(part)) as temporary:
+            pq.write_table(table, temporary)
 
     def _prepare(self, manifest: Manifest, scenario: Scenario) -> None:
-        text = manifest.model_dump_json(indent=2) + "\n"
-        try:
-            self.path.mkdir(parents=True, exist_ok=True)
-            self._write(self._manifest_path, lambda path: path.write_text(text, encoding="utf-8"))
-            if not self.scenario_path.exists():
-                yaml = scenario.to_yaml()
-                self._write(self.scenario_path, lambda path: path.write_text(yaml, encoding="utf-8"))
-            self._casts_path.mkdir(exist_ok=True)
+        self._make_folders(self.path)
+        self._write(self._manifest_path, manifest.model_dump_json(indent=2) + "\n")
+        if not self.scenario_path.exists():
+            self._write(self.scenario_path, scenario.to_yaml())
+        self._make_folders(self._casts_path)
+        with self._errors_of_writing():
             for folder in (self.path, self._casts_path):
-                for stale in folder.glob(".*.tmp"):
+                for stale in folder.glob(".*.tmp"):  # of a run that was killed
                     stale.unlink()
-        except OSError as error:
-            raise self._unwritable(error) from None
-
-    def _check_same(self, old: Manifest, scenario: Scenario, seed: int, n_casts: int) -> None:
-        here = f"dataset {self.path}: "
-        elsewhere = "choose another directory (--out)"
-        if old.fingerprint != scenario.fingerprint:
-            raise InputError(
-                f"{here}its casts are of the scenario {old.fingerprint}, those asked for of {scenario.fingerprint}; {elsewhere}"
-            )
-        if old.seed != seed:
-            raise InputError(
-                f"{here}its casts are of seed {old.seed}, those asked for of seed {seed}; {elsewhere}"
-            )
-        if old.n_casts > n_casts:
-            raise InputError(
-                f"{here}it is one of {old.n_casts} casts, more than the {n_casts} asked for; ask for as many, or {elsewhere}"
-            )
-
-    def _visible_entries(self) -> list[str]:
-        try:
-            return sorted(entry.name for entry in self.path.iterdir() if not entry.name.startswith("."))
-        except FileNotFoundError:
-            return []
-        except OSError as error:
-            raise self._unwritable(error) from None
-
-    def _write(self, path: Path, write: Callable[[Path], Any]) -> None:
-        temporary = path.with_name(f".{path.name}.tmp")
-        try:
-            write(temporary)
-            temporary.replace(path)
-        except OSError as error:
-            temporary.unlink(missing_ok=True)
-            raise self._unwritable(error) from None
-
-    def _unwritable(self, error: OSError) -> InputError:
-        return InputError(
-            f"dataset {self.path}: cannot be written ({error.strerror or error}); "
-            f"choose a directory (--out) that can, on a disk with room"
-        )
-
-    @property
-    def _manifest_path(self) -> Path:
-        return self.path / "manifest.json"
-
-    @property
-    def scenario_path(self) -> Path:
-        """Where the scenario is."""
-        return self.path / "scenario.yaml"
-
-    @property
-    def _casts_path(self) -> Path:
-        return self.path / "casts"
 
     def _part_path(self, part: int) -> Path:
         return self._casts_path / f"part-{part:05d}.parquet"

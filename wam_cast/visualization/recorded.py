@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wam_cast.motion.stages import Stage
-from wam_cast.simulation.outcome import is_inside
+from wam_cast.simulation.ball_and_cup import is_inside
 from wam_cast.types import Array
 from wam_cast.visualization.style import status_name
 

@@ -28,7 +28,7 @@ def parts(casts):
 
 @pytest.fixture
 def ard(finished, parts):
-    """The model with a sigma for each parameter, fitted anew."""
+    """The model with ARD length scales, fitted anew."""
     chosen = finished[0].selection.per_parameter
     return make_estimator(wc.Scenario(), chosen).fit(parts.train.X, parts.train.landing)
 
@@ -41,22 +41,24 @@ def nearest(train, casts):
 
 def test_rows_are_errors_on_the_test_casts(found, parts, casts):
     measured = casts.frame["landing_along"].to_numpy()[80:]
-    assert found.test_measured == tuple(measured)
+    assert found.test_measured.tolist() == measured.tolist()
     train, test = parts.train, parts.open_test()
     for name, predicted in (
         ("constant", train.landing.mean()),
         ("nearest_neighbour", nearest(train, test.X)),
     ):
         row, errors = found.row(name), np.sort(np.abs(predicted - measured))
-        assert row.rmse == pytest.approx(np.sqrt(np.mean(errors**2)), rel=1e-12)
-        assert (row.median, row.max) == pytest.approx((errors[2], errors[4]), rel=1e-12)
-        assert row.p95 == pytest.approx(0.2 * errors[3] + 0.8 * errors[4], rel=1e-12)
-        assert row.rmse_interval[0] < row.rmse < row.rmse_interval[1]
+        assert row["rmse"] == pytest.approx(np.sqrt(np.mean(errors**2)), rel=1e-12)
+        assert (row["median"], row["max"]) == pytest.approx((errors[2], errors[4]), rel=1e-12)
+        assert row["p95"] == pytest.approx(0.2 * errors[3] + 0.8 * errors[4], rel=1e-12)
+        assert row["rmse_interval"][0] < row["rmse"] < row["rmse_interval"][1]
 
 
 def test_rows_know_the_validation_error_too(found, parts):
     residuals = parts.train.landing.mean() - parts.validation.landing
-    assert found.row("constant").validation_rmse == pytest.approx(np.sqrt(np.mean(residuals**2)), rel=1e-12)
+    assert found.row("constant")["validation_rmse"] == pytest.approx(
+        np.sqrt(np.mean(residuals**2)), rel=1e-12
+    )
 
 
 def test_test_landings_are_predicted_by_the_model_of_all_sigmas(found, parts, ard):
@@ -69,7 +71,7 @@ def test_each_polynomial_has_its_error_on_each_part(found, parts):
         np.sqrt(np.mean((fitted.predict(part.X) - part.landing) ** 2))
         for part in (parts.train, parts.validation, parts.open_test())
     ]
-    two = found.polynomials[1]
+    two = found.polynomials.iloc[1]
     assert (two.training_rmse, two.validation_rmse, two.test_rmse) == pytest.approx(expected, rel=1e-6)
 
 

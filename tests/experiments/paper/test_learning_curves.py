@@ -11,7 +11,8 @@ import wam_cast as wc
 from wam_cast.cast import cast_bounds
 from wam_cast.experiments.paper import learning_curves
 from wam_cast.experiments.paper.learning_curves import SelfTunedKernelRidge, learn_with_fewer_casts
-from wam_cast.learning.leave_one_out import tune_by_leave_one_out
+from wam_cast.learning.hyperparameters import tune_by_lbfgs
+from wam_cast.learning.losses import LeaveOneOutLoss
 from wam_cast.learning.parts import split_casts
 from wam_cast.parallel.seeds import Purpose, derived_seed
 from wam_cast.parallel.workers import Workers
@@ -51,12 +52,12 @@ def test_bands_are_over_subsets_of_each_size_measured_on_the_validation_casts(no
     )
     band = found.curves["mean"]
     for seen, expected in (
-        (band.median, np.median(errors, axis=0)),
-        (band.low, errors.min(axis=0)),
-        (band.high, errors.max(axis=0)),
+        (band["median"], np.median(errors, axis=0)),
+        (band["low"], errors.min(axis=0)),
+        (band["high"], errors.max(axis=0)),
     ):
         np.testing.assert_allclose(seen, expected, rtol=1e-12)
-    assert band.low[0] < band.median[0] < band.high[0]
+    assert band["low"][0] < band["median"][0] < band["high"][0]
     # The largest first; a repeat's smaller subset is in its larger one, and no two repeats have the same.
     assert [len(casts) for casts in fitted] == [65] + 4 * [40] + 4 * [10]
     assert all(small < large for small, large in zip(fitted[5:], fitted[1:5], strict=True))
@@ -76,7 +77,8 @@ def test_what_tunes_itself_is_an_estimator(parts, n_sigmas):
         after = one.get_params()
         assert after["n_sigmas"] == n_sigmas
         np.testing.assert_array_equal(after["bounds"], before["bounds"])
-    tuned = tune_by_leave_one_out(X, y, sigma0=0.5 if n_sigmas == 1 else [0.5] * 3, input_bounds=BOUNDS)
+    loss = LeaveOneOutLoss(X, y, input_bounds=BOUNDS)
+    tuned = tune_by_lbfgs(loss, sigma0=0.5 if n_sigmas == 1 else [0.5] * 3)
     assert np.size(model.model_.sigma) == n_sigmas
     np.testing.assert_array_equal(model.model_.sigma, tuned.sigma)
     assert model.model_.regularization == tuned.regularization

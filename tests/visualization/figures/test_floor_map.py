@@ -158,7 +158,7 @@ def test_the_picture_shows_all_cups_and_casts_and_reads_well(
         dots = line_of(axes, "caught")
         assert len(dots) == floor.n_caught
         np.testing.assert_allclose(dots[:, 1], value, atol=0.5 * floor.is_noisy * (axes is along) + 1e-9)
-    expected = [[ring.radius, 100 * ring.clear_entry_probability] for ring in floor.rings]
+    expected = floor.rings[["radius", "clear_entry_probability"]] * [1, 100]
     np.testing.assert_allclose(line_of(chances, "clear entry, predicted"), expected)
 
 

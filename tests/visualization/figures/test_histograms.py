@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from wam_cast.learning.forward_model import reference_dataset
+from wam_cast.learning.reference import reference_dataset
 from wam_cast.visualization.figures.histograms import draw_histogram
 
 

@@ -5,7 +5,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from wam_cast.cast import cast_bounds, is_allowed
-from wam_cast.learning.forward_model import reference_model
+from wam_cast.learning.reference import reference_model
 from wam_cast.visualization.figures.landing_map import draw_landing_map, draw_landing_scale
 from wam_cast.visualization.style import figure_style
 

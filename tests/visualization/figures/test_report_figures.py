@@ -3,78 +3,26 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from wam_cast.experiments.paper import report_figures as figures
-from wam_cast.experiments.paper.results import (
-    Chosen,
-    Descent,
-    ErrorCurve,
-    Execution,
-    NoiseStudy,
-    NoisyModel,
-    Selection,
-    Statistics,
-    Trial,
-)
+from wam_cast.experiments.paper.noise_study import NoiseStudy
+from wam_cast.experiments.paper.selection import Chosen, Selection
 from wam_cast.scenario import Scenario
 from wam_cast.visualization.style import figure_style
 
-NONE = Statistics(n=0, mean=None, median=None, p95=None, max=None)
-CURVE = ErrorCurve(x=(0.1, 1.0), validation_rmse=(0.01, 0.02), leave_one_out_rmse=(0.03, None))
+CURVE = pd.DataFrame({"x": [0.1, 1.0], "validation_rmse": [0.01, 0.02], "leave_one_out_rmse": [0.03, np.nan]})
 
-
-MODEL = NoisyModel(
-    label="",
-    sigma=(1.0,),
-    regularization=0.1,
-    test_rmse=1.0,
-    test_rmse_interval=(0.9, 1.1),
-    noise_free_rmse=1.0,
+TRIALS = pd.DataFrame(
+    {
+        "radius": [0.4, 0.5, 0.6],
+        "predicted_offset": -0.001,
+        "landing_along": [0.397, 0.506, np.nan],
+        "miss": [0.005, 0.01, np.nan],
+        "status": ["caught", "caught", "never_crossed"],
+    }
 )
-
-
-def trial(cup, along, miss, status):
-    return Trial(
-        cup=cup,
-        distance=0.2,
-        speed=0.5,
-        wait=0.1,
-        is_feasible=True,
-        predicted_offset=-0.001,
-        predicted_miss=0.001,
-        executed_offset=along,
-        executed_across=None if along is None else 0.0,
-        executed_miss=miss,
-        entry_angle=None,
-        status=status,
-        limits_hit=(),
-    )
-
-
-TRIALS = (
-    trial(0.4, -0.003, 0.005, "caught"),
-    trial(0.5, 0.006, 0.01, "caught"),
-    trial(0.6, None, None, "never_crossed"),
-)
-
-
-def execution(label):
-    return Execution(
-        label=label,
-        planner=label.split(",")[0],
-        n_cups=3,
-        n_caught=2,
-        hit_rate=2 / 3,
-        hit_interval=(0.2, 0.9),
-        predicted_miss=NONE,
-        executed_miss=NONE,
-        failures={"never_crossed": 1},
-        n_no_plan=0,
-        n_no_plan_caught=0,
-        n_touched=0,
-        trials=TRIALS,
-    )
 
 
 def chosen(sigma):
@@ -92,20 +40,20 @@ def noise_figure():
         levels={},
         statuses={"landed": 2},
         test_floor=0.01,
-        along=(0.01, None),
-        across=(0.001, None),
+        along=np.array([0.01, np.nan]),
+        across=np.array([0.001, np.nan]),
         along_std=0.01,
         across_std=0.001,
-        models=(MODEL,),
+        models=pd.DataFrame({"regularization": [0.1]}),
         regularization_curve=CURVE,
-        executions=tuple(execution(label) for label in labels),
+        executions=pd.concat([TRIALS.assign(label=label) for label in labels]),
     )
     with figure_style():
         yield figures._noise(SimpleNamespace(noise=noise, settings=SimpleNamespace(scenario=Scenario())))
 
 
 def test_a_miss_is_the_whole_distance_with_the_sign_of_its_part_along_the_plane(axes, line_of):
-    figures._draw_execution(axes, execution("program"), Scenario())
+    figures._draw_execution(axes, "program", TRIALS, Scenario())
     np.testing.assert_allclose(line_of(axes, "caught"), [[0.4, -5], [0.5, 10]])
     np.testing.assert_allclose(line_of(axes, "predicted"), [[0.4, -1], [0.5, -1], [0.6, -1]])
     assert sum(line.get_marker() == "|" for line in axes.lines) == 2  # in the legend, and at the edge
@@ -132,7 +80,10 @@ def test_selection_shows_all_descents_and_both_sigmas_but_not_the_papers(
         sigma_curve=CURVE,
         regularization_curve=CURVE,
         papers_curve=CURVE,
-        descents=(Descent(x=(0.2, 0.6), rmse=(0.02, 0.01)), Descent(x=(0.9, 0.7), rmse=(0.03, 0.01))),
+        descents=(
+            pd.DataFrame({"x": [0.2, 0.6], "rmse": [0.02, 0.01]}),
+            pd.DataFrame({"x": [0.9, 0.7], "rmse": [0.03, 0.01]}),
+        ),
     )
     with figure_style():
         figure = figures._selection(SimpleNamespace(selection=selection))

@@ -11,11 +11,11 @@ import pytest
 
 from wam_cast.arm_model import bearing_limits
 from wam_cast.cast import Cast, is_allowed
-from wam_cast.learning.forward_model import reference_model
+from wam_cast.learning.reference import reference_model
 from wam_cast.planning.plan import plan_cast
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.outcome import Status
-from wam_cast.simulation.simulate import simulate_cast
+from wam_cast.simulation.simulator import simulate_cast
 from wam_cast.visualization.interactive import explorer as explorer_module
 from wam_cast.visualization.interactive.explorer import CAST, FETCH, PLAN, Explorer, Prediction
 

@@ -7,18 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from wam_cast.cast import PARAMETERS, cast_bounds
+from wam_cast.experiments.frames import Record, Result, Rows, Values, records
 from wam_cast.experiments.paper import baselines
-from wam_cast.experiments.paper.results import (
-    Comparison,
-    PolynomialFit,
-    Residuals,
-    Row,
-    Selection,
-    floats,
-)
-from wam_cast.experiments.paper.selection import make_estimator
+from wam_cast.experiments.paper.selection import Selection, make_estimator
 from wam_cast.experiments.paper.settings import OnProgress
 from wam_cast.experiments.statistics import coverage, rmse, rmse_interval
 from wam_cast.learning.kernel_ridge import KernelRidge
@@ -33,6 +27,57 @@ WORST = 0.05
 
 N_PREDICTIONS = 1000
 """Casts that are predicted at once to time a prediction."""
+
+
+class Residuals(Result):
+    """Casts and what the model errs there [m], as one that has not seen them: leave-one-out, then the validation casts.
+
+    `share_of_worst` of the squared error is that of the `worst` casts, a share too.
+    """
+
+    distance: Values
+    speed: Values
+    wait: Values
+    residual: Values
+    worst: float
+    share_of_worst: float
+
+
+class Comparison(Result):
+    """What opens the test part: all estimators on it.
+
+    Attributes
+    ----------
+    rows
+        A row an estimator: its name and label; `rmse` with its bootstrap interval `rmse_interval`, `median`, `p95` and `max` of its
+        errors on the test casts, and `validation_rmse` [m]; what it costs, `fit_s` [s] and `predict_us` [us a cast].
+    polynomials
+        Of degree 1 to 12, well conditioned. A row a polynomial: its `label`, `degree`, number of terms, the `condition` number of
+        its least squares (nan if there are more terms than training casts, so that these have many solutions), and its
+        `training_rmse`, `validation_rmse` and `test_rmse` [m].
+    variants
+        Polynomials as others may fit them.
+    test_measured, test_predicted
+        Landings along the casting plane [m], predicted by the model with ARD length scales.
+    held_out
+        Where that model errs.
+    coverage, empirical
+        Share of the validation casts that should be, and are, within a model's central interval.
+    """
+
+    rows: Rows
+    polynomials: Rows
+    variants: Rows
+    test_measured: Values
+    test_predicted: Values
+    held_out: Residuals
+    coverage: Values
+    empirical: dict[str, Values]
+
+    def row(self, name: str) -> Record:
+        """Return the row of that name."""
+        (row,) = records(self.rows[self.rows["name"] == name])
+        return row
 
 
 @dataclass(frozen=True)
@@ -66,23 +111,19 @@ def compare(
     process_mean, process_std = process.predict(validation.X, return_std=True)
 
     test = parts.open_test()
+    variants = [one for name, one in fitted.items() if name.startswith("variant")]
+    residuals = ard.predict(validation.X) - validation.landing
     return Comparison(
-        rows=tuple(_row(name, one, test, seed) for name, one in compared.items()),
-        polynomials=tuple(_polynomial(one, parts, test) for one in polynomials),
-        variants=tuple(
-            _polynomial(one, parts, test) for name, one in fitted.items() if name.startswith("variant")
-        ),
-        test_measured=floats(test.landing),
-        test_predicted=floats(ard.predict(test.X)),
+        rows=pd.DataFrame([_row(name, one, test, seed) for name, one in compared.items()]),
+        polynomials=pd.DataFrame([_polynomial(one, parts, test) for one in polynomials]),
+        variants=pd.DataFrame([_polynomial(one, parts, test) for one in variants]),
+        test_measured=test.landing,
+        test_predicted=ard.predict(test.X),
         held_out=_held_out(ard, parts),
-        coverage=floats(COVERAGE),
+        coverage=COVERAGE,
         empirical={
-            "KRR": floats(
-                coverage(
-                    ard.predict(validation.X) - validation.landing, ard.predict_std(validation.X), COVERAGE
-                )
-            ),
-            "Gaussian process": floats(coverage(process_mean - validation.landing, process_std, COVERAGE)),
+            "KRR": coverage(residuals, ard.predict_std(validation.X), COVERAGE),
+            "Gaussian process": coverage(process_mean - validation.landing, process_std, COVERAGE),
         },
     )
 
@@ -106,7 +147,7 @@ def _candidates(scenario: Scenario, selection: Selection, seed: int) -> dict[str
             make_estimator(scenario, selection.by_validation),
         ),
         "isotropic": ("KRR, one sigma", make_estimator(scenario, selection.isotropic)),
-        "ard": ("KRR, a sigma for each parameter", make_estimator(scenario, selection.per_parameter)),
+        "ard": ("KRR, ARD length scales", make_estimator(scenario, selection.per_parameter)),
     }
     for degree in DEGREES:
         candidates[f"polynomial_{degree}"] = (
@@ -133,40 +174,40 @@ def _fit(name: str, label: str, estimator: Any, parts: Parts) -> _Fitted:
     return _Fitted(name, label, estimator, training, validation, fit_s)
 
 
-def _row(name: str, fitted: _Fitted, test: Part, seed: int) -> Row:
+def _row(name: str, fitted: _Fitted, test: Part, seed: int) -> Record:
     residuals = fitted.estimator.predict(test.X) - test.landing
     errors = np.abs(residuals)
     many = np.resize(test.X, (N_PREDICTIONS, test.X.shape[1]))
     started = time.perf_counter()
     fitted.estimator.predict(many)
     predict_us = 1e6 * (time.perf_counter() - started) / N_PREDICTIONS
-    return Row(
-        name=name,
-        label=fitted.label,
-        rmse=rmse(residuals),
-        rmse_interval=rmse_interval(residuals, derived_seed(seed, Purpose.BOOTSTRAP)),
-        median=float(np.median(errors)),
-        p95=float(np.percentile(errors, 95)),
-        max=float(np.max(errors)),
-        validation_rmse=fitted.validation_rmse,
-        fit_s=fitted.fit_s,
-        predict_us=predict_us,
-    )
+    return {
+        "name": name,
+        "label": fitted.label,
+        "rmse": rmse(residuals),
+        "rmse_interval": rmse_interval(residuals, derived_seed(seed, Purpose.BOOTSTRAP)),
+        "median": float(np.median(errors)),
+        "p95": float(np.percentile(errors, 95)),
+        "max": float(np.max(errors)),
+        "validation_rmse": fitted.validation_rmse,
+        "fit_s": fitted.fit_s,
+        "predict_us": predict_us,
+    }
 
 
-def _polynomial(fitted: _Fitted, parts: Parts, test: Part) -> PolynomialFit:
+def _polynomial(fitted: _Fitted, parts: Parts, test: Part) -> Record:
     basis = fitted.estimator[:-1]
     design = basis.transform(parts.train.X)
     n_rows, n_terms = design.shape
-    return PolynomialFit(
-        label=fitted.label,
-        degree=basis[-1].degree,
-        n_terms=n_terms,
-        condition=float(np.linalg.cond(design)) if n_terms <= n_rows else None,
-        training_rmse=fitted.training_rmse,
-        validation_rmse=fitted.validation_rmse,
-        test_rmse=rmse(fitted.estimator.predict(test.X) - test.landing),
-    )
+    return {
+        "label": fitted.label,
+        "degree": basis[-1].degree,
+        "n_terms": n_terms,
+        "condition": float(np.linalg.cond(design)) if n_terms <= n_rows else np.nan,
+        "training_rmse": fitted.training_rmse,
+        "validation_rmse": fitted.validation_rmse,
+        "test_rmse": rmse(fitted.estimator.predict(test.X) - test.landing),
+    }
 
 
 def _held_out(model: KernelRidge, parts: Parts) -> Residuals:
@@ -175,12 +216,12 @@ def _held_out(model: KernelRidge, parts: Parts) -> Residuals:
     validation = model.predict(parts.validation.X) - parts.validation.landing
     residual = np.concatenate([-model.leave_one_out_residuals(), validation])
     squares = np.sort(residual**2)[::-1]
-    distance, speed, wait = (floats(column) for column in casts.T)
+    distance, speed, wait = casts.T
     return Residuals(
         distance=distance,
         speed=speed,
         wait=wait,
-        residual=floats(residual),
+        residual=residual,
         worst=WORST,
         share_of_worst=float(np.sum(squares[: round(WORST * len(squares))]) / np.sum(squares)),
     )

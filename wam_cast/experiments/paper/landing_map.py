@@ -5,12 +5,22 @@ from __future__ import annotations
 import numpy as np
 
 from wam_cast.cast import cast_bounds, is_allowed
-from wam_cast.experiments.paper.results import LandingMap, floats
+from wam_cast.experiments.frames import Result, Values
 from wam_cast.experiments.paper.settings import OnProgress
 from wam_cast.planning.prediction import Predictor
 
 N_GRID = 41
 N_WAITS = 4
+
+
+class LandingMap(Result):
+    """Predicted landing [m] by wait, speed and distance (in this order), and which casts are allowed by speed and distance."""
+
+    distance: Values
+    speed: Values
+    waits: Values
+    landing: Values
+    is_allowed: tuple[tuple[bool, ...], ...]
 
 
 def map_landings(model: Predictor, report: OnProgress) -> LandingMap:
@@ -24,9 +34,5 @@ def map_landings(model: Predictor, report: OnProgress) -> LandingMap:
     allowed = is_allowed(model.scenario, grid[0])
     report(1, 1)
     return LandingMap(
-        distance=floats(distance),
-        speed=floats(speed),
-        waits=floats(waits),
-        landing=tuple(tuple(floats(row) for row in plane) for plane in landing),
-        is_allowed=tuple(tuple(bool(cell) for cell in row) for row in allowed),
+        distance=distance, speed=speed, waits=waits, landing=landing, is_allowed=allowed.tolist()
     )

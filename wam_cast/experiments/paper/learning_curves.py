@@ -11,19 +11,21 @@ from functools import partial
 from typing import Any, Self
 
 import numpy as np
+import pandas as pd
 from sklearn.base import BaseEstimator, RegressorMixin
 from sklearn.model_selection import GridSearchCV
 
 from wam_cast.cast import PARAMETERS, cast_bounds
 from wam_cast.errors import InputError
+from wam_cast.experiments.frames import Columns, Result
 from wam_cast.experiments.paper import baselines
 from wam_cast.experiments.paper.baselines import Bounds
-from wam_cast.experiments.paper.results import Band, LearningCurves, floats
 from wam_cast.experiments.paper.settings import OnProgress
 from wam_cast.experiments.statistics import rmse
 from wam_cast.learning.forward_model import START_SIGMA
+from wam_cast.learning.hyperparameters import tune_by_lbfgs
 from wam_cast.learning.kernel_ridge import KernelRidge
-from wam_cast.learning.leave_one_out import tune_by_leave_one_out
+from wam_cast.learning.losses import LeaveOneOutLoss
 from wam_cast.learning.parts import Part, Parts
 from wam_cast.parallel.seeds import Purpose, derived_seed
 from wam_cast.parallel.threads import one_thread
@@ -34,6 +36,17 @@ from wam_cast.types import Array
 SIZES = (25, 50, 100, 200, 400, 800, 1300)
 MAX_DEGREE = 8
 N_FOLDS = 5
+
+
+class LearningCurves(Result):
+    """Validation RMSE [m] by the estimator's label, each with a row for a number of training casts.
+
+    The columns are `median`, `low` and `high`: of the repeated subsets of that size.
+    """
+
+    n_train: tuple[int, ...]
+    n_repeats: int
+    curves: dict[str, Columns]
 
 
 @dataclass(frozen=True)
@@ -84,12 +97,14 @@ def learn_with_fewer_casts(
     )
 
 
-def _band(errors: list[list[float]]) -> Band:
+def _band(errors: list[list[float]]) -> pd.DataFrame:
     """Return the band of the errors of each size."""
-    return Band(
-        median=floats([np.median(values) for values in errors]),
-        low=floats([min(values) for values in errors]),
-        high=floats([max(values) for values in errors]),
+    return pd.DataFrame(
+        {
+            "median": [np.median(values) for values in errors],
+            "low": [min(values) for values in errors],
+            "high": [max(values) for values in errors],
+        }
     )
 
 
@@ -128,7 +143,7 @@ class SelfTunedKernelRidge(RegressorMixin, BaseEstimator):
     def fit(self, X: Array, y: Array) -> Self:
         """Choose on the training data, and fit to it."""
         sigma0 = START_SIGMA if self.n_sigmas == 1 else [START_SIGMA] * self.n_sigmas
-        tuned = tune_by_leave_one_out(X, y, sigma0=sigma0, input_bounds=self.bounds)
+        tuned = tune_by_lbfgs(LeaveOneOutLoss(X, y, input_bounds=self.bounds), sigma0=sigma0)
         self.model_ = KernelRidge(
             sigma=tuned.sigma, regularization=tuned.regularization, input_bounds=self.bounds
         ).fit(X, y)
@@ -146,7 +161,7 @@ def _polynomial(bounds: Bounds, _seed: int) -> Any:
 
 
 _ESTIMATORS: dict[str, Callable[[Bounds, int], Any]] = {
-    "KRR, a sigma for each parameter": lambda bounds, _: SelfTunedKernelRidge(bounds, len(PARAMETERS)),
+    "KRR, ARD length scales": lambda bounds, _: SelfTunedKernelRidge(bounds, len(PARAMETERS)),
     "KRR, one sigma": lambda bounds, _: SelfTunedKernelRidge(bounds),
     "Gaussian process": lambda bounds, _: baselines.gaussian_process(bounds),
     "polynomial": _polynomial,

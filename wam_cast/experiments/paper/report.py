@@ -7,19 +7,21 @@ import json
 import math
 import platform
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
+import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markdown_it import MarkdownIt
 
+from wam_cast.cast import PARAMETERS, cast_bounds
+from wam_cast.experiments.frames import Record
 from wam_cast.experiments.paper import published as paper
-from wam_cast.experiments.paper.execution import clear_radius
-from wam_cast.experiments.paper.findings import Findings
+from wam_cast.experiments.paper.findings import Findings, clear_radius
 from wam_cast.experiments.paper.report_figures import CAPTIONS
-from wam_cast.experiments.paper.results import Trial
+from wam_cast.experiments.paper.settings import PAPERS_PLANNER, Settings
 from wam_cast.parallel.workers import available_processors
-from wam_cast.planning.plan import LONGEST_MISS
+from wam_cast.planning.solution import LONGEST_MISS
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.outcome import Status
 from wam_cast.storage.atomic import write_file
@@ -37,30 +39,40 @@ FAILURES: dict[str, str] = {
     "not_settled": "did not come to rest",
     "limit_hit": "limit of the arm hit",
     "never_crossed": "never came down",
-    "diverged": "simulation broke down",
+    "diverged": "simulation diverged",
 }
 """Kinds of failure in words."""
 
 
+FAST_SPEED = 0.7
+"""Mean speed of a move [m/s] beyond which the report counts it as fast."""
+
+EDGE_SHARE = 0.05
+"""Share of a parameter's range that the report counts as its edge."""
+
+ALIKE_FACTOR = 1.2
+"""Errors that differ by no more than this factor are called alike."""
+
+
 def write_report(findings: Findings, directory: RunDirectory) -> None:
     """Write the report's files around the figures that are there; what was there before is replaced."""
-    wall_s = directory.wall_seconds()
-    results = json.dumps(findings.to_json(wall_s), indent=1, allow_nan=False) + "\n"
-    write_file(directory.path / "results.json", results.encode())
-    markdown = render_markdown(findings, wall_s, directory.path)
+    results = findings.to_json(directory.wall_seconds())
+    text = json.dumps(results, indent=1, allow_nan=False) + "\n"
+    write_file(directory.path / "results.json", text.encode())
+    markdown = render_markdown(results, findings.settings, directory.path)
     write_file(directory.path / "report.md", markdown.encode())
     write_file(directory.path / "report.html", render_html(markdown, directory.path).encode())
 
 
-def render_markdown(findings: Findings, wall_s: dict[str, float], folder: Path) -> str:
-    """Return the report as Markdown.
+def render_markdown(results: Record, settings: Settings, folder: Path) -> str:
+    """Return the report as Markdown: every number in it is one of `results.json`, and every conclusion follows from them.
 
     Parameters
     ----------
-    findings
-        What it reports.
-    wall_s
-        How long each phase took [s].
+    results
+        The content of `results.json`.
+    settings
+        Of the run.
     folder
         Where the report lies, and its figures in the folder `figures`.
     """
@@ -76,45 +88,83 @@ def render_markdown(findings: Findings, wall_s: dict[str, float], folder: Path) 
         "mm": _scaled(1000, 1),
         "percent": _percent,
         "power": _power,
+        "listing": _listing,
     }
-    scenario = findings.settings.scenario
+    scenario = settings.scenario
     return environment.get_template("report.md.j2").render(
-        f=findings,
-        s=findings.settings,
+        f=results,
+        s=settings,
         scenario=scenario,
         paper=paper,
+        papers_planner=PAPERS_PLANNER,
+        row={row["name"]: row for row in results["comparison"]["rows"]},
         planner_stop=LONGEST_MISS,
         clear=clear_radius(scenario),
         platform=f"{platform.system()} {platform.machine()}, {available_processors()} processors",
-        command=findings.settings.command(folder),
-        wall_s=wall_s,
+        command=settings.command(folder),
         captions=CAPTIONS,
         failures=FAILURES,
         explain=lambda trial, others: explain(trial, scenario, others),
-        # What was checked by hand on this run, and may not hold for another.
-        is_known=scenario == Scenario() and not findings.settings.is_quick,
+        worst=worst_casts(results["comparison"]["held_out"], scenario),
+        learning=least_errors(results["learning_curves"]),
+        fast=FAST_SPEED,
+        edge=EDGE_SHARE,
+        alike=ALIKE_FACTOR,
     )
 
 
-def explain(trial: Trial, scenario: Scenario, others: str = "the model") -> str:
-    """Return in words why a cast missed: what the plan, what `others` and what the entry had to do with it."""
-    if trial.status == Status.DIVERGED:
-        return "its numbers left all bounds"
-    if trial.limits_hit:
-        return f"the arm met the limit of {', '.join(trial.limits_hit)}"
-    if trial.executed_offset is None or trial.executed_across is None:
+def worst_casts(held_out: Record, scenario: Scenario) -> dict[str, float]:
+    """Return shares of the casts of largest error: `fast`, and at the `edge` of a bound; `all_fast` is that of all casts."""
+    error = np.abs(held_out["residual"])
+    worst = np.argsort(error)[len(error) - round(held_out["worst"] * len(error)) :]
+    lower, upper = cast_bounds(scenario)
+    places = (np.column_stack([held_out[name] for name in PARAMETERS]) - lower) / (upper - lower)
+    is_fast = np.array(held_out["speed"]) > FAST_SPEED
+    is_at_edge = np.any((places < EDGE_SHARE) | (places > 1 - EDGE_SHARE), axis=1)
+    return {
+        "fast": float(np.mean(is_fast[worst])),
+        "all_fast": float(np.mean(is_fast)),
+        "edge": float(np.mean(is_at_edge[worst])),
+    }
+
+
+def least_errors(learning_curves: Record) -> Record:
+    """Return what the learning curves say.
+
+    `least`: the estimators that have the least median error at some size, each with those sizes; `alike`: those whose error with
+    all casts is within `ALIKE_FACTOR` of the least.
+    """
+    sizes = learning_curves["n_train"]
+    curves = {label: band["median"] for label, band in learning_curves["curves"].items()}
+    least: dict[str, list[int]] = {}
+    for i, size in enumerate(sizes):
+        least.setdefault(min(curves, key=lambda label: curves[label][i]), []).append(size)
+    bound = ALIKE_FACTOR * min(median[-1] for median in curves.values())
+    return {"least": least, "alike": [label for label, median in curves.items() if median[-1] <= bound]}
+
+
+def explain(trial: Record, scenario: Scenario, others: str = "the model") -> str:
+    """Return in words why a cast missed: what the plan, what `others` and what the entry had to do with it.
+
+    `trial` is one of `results.json`.
+    """
+    if trial["status"] == Status.DIVERGED:
+        return "its simulation diverged"
+    if trial["limits_hit"]:
+        return f"the arm met the limit of {', '.join(trial['limits_hit'])}"
+    if trial["executed_offset"] is None:
         return "the ball never came down to the rim plane"
-    if trial.is_feasible:
-        plan = f"the planner was content with {_signed_mm(trial.predicted_offset)} mm from the middle"
+    if trial["is_feasible"]:
+        plan = f"the planner terminated at {_signed_mm(trial['predicted_offset'])} mm from the middle"
     else:
         plan = (
             f"the planner found no cast within {1e3 * LONGEST_MISS:g} mm and kept its best one, "
-            f"{1e3 * trial.predicted_miss:.1f} mm off"
+            f"{1e3 * trial['predicted_miss']:.1f} mm off"
         )
-    error = trial.executed_offset - trial.predicted_offset
+    error = trial["executed_offset"] - trial["predicted_offset"]
     return (
-        f"{plan}; {others} added {_signed_mm(error)} mm along and {_signed_mm(trial.executed_across)} mm across; the ball came in "
-        f"{1e3 * (trial.executed_miss or 0.0):.1f} mm from the middle, at {math.degrees(trial.entry_angle or 0.0):.0f}° from the "
+        f"{plan}; {others} added {_signed_mm(error)} mm along and {_signed_mm(trial['executed_across'])} mm across; the ball came "
+        f"in {1e3 * trial['executed_miss']:.1f} mm from the middle, at {math.degrees(trial['entry_angle']):.0f}° from the "
         f"vertical; falling straight down it would clear the rim by {1e3 * clear_radius(scenario):.0f} mm"
     )
 
@@ -155,6 +205,12 @@ def _power(value: float) -> str:
         return f"{value:.3g}"
     mantissa, exponent = f"{value:.1e}".split("e")
     return f"{mantissa}·10^{int(exponent)}"
+
+
+def _listing(words: Iterable[str]) -> str:
+    """Return words as a sentence lists them: a, b and c."""
+    *first, last = map(str, words)
+    return f"{', '.join(first)} and {last}" if first else last
 
 
 def _data_uri(path: Path) -> str:

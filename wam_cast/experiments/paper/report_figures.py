@@ -8,18 +8,20 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from wam_cast.cast import Cast
 from wam_cast.errors import InputError
 from wam_cast.experiments.paper import published as paper
-from wam_cast.experiments.paper.execution import clear_radius
-from wam_cast.experiments.paper.findings import PAPERS_PLANNER, Findings
-from wam_cast.experiments.paper.results import ErrorCurve, Execution, to_array
+from wam_cast.experiments.paper.findings import Findings, clear_radius
+from wam_cast.experiments.paper.noise_study import LEARNED_WITH_NOISE
+from wam_cast.experiments.paper.settings import PAPERS_PLANNER
 from wam_cast.parallel.workers import Workers, run_rows
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.simulator import CastSimulator
+from wam_cast.types import Array
 from wam_cast.visualization.figures.calibration import draw_calibration
 from wam_cast.visualization.figures.comparison import draw_comparison, draw_polynomials
 from wam_cast.visualization.figures.data_flow import draw_data_flow
@@ -42,9 +44,6 @@ WIDTH = 7.2
 
 DPI = 180
 """Of pixel pictures."""
-
-LEARNED_WITH_NOISE = "learned with noise"
-"""Ends the label of an execution whose model did."""
 
 
 def draw_figures(findings: Findings, folder: Path, executor: Executor | Workers) -> Iterator[str]:
@@ -82,9 +81,10 @@ def _data_flow(_: Findings) -> Figure:
 
 def _middle_trial(findings: Findings) -> tuple[Cast, tuple[float, float]]:
     """Return the cast and the cup in the middle of the line."""
-    trials = findings.executions[0].trials
-    trial = trials[len(trials) // 2]
-    return Cast(trial.distance, trial.speed, trial.wait), (trial.cup, 0.0)
+    trials = findings.executions.trials
+    papers = trials[trials["planner"] == PAPERS_PLANNER]
+    middle = papers.iloc[len(papers) // 2]
+    return Cast(middle["distance"], middle["speed"], middle["wait"]), (middle["radius"], 0.0)
 
 
 def _set_up(findings: Findings) -> Figure:
@@ -106,17 +106,17 @@ def _motion(findings: Findings) -> Figure:
 def _histograms(findings: Findings) -> Figure:
     figure, axes = _new(4.2, 2, 2)
     samples, bounds = findings.samples, findings.settings.scenario.bounds
-    draw_histogram(axes[0, 0], to_array(samples.distance), label="distance [m]", bounds=bounds.distance)
-    draw_histogram(axes[0, 1], to_array(samples.speed), label="mean speed [m/s]", bounds=bounds.speed)
-    draw_histogram(axes[1, 0], to_array(samples.wait), label="wait [ms]", scale=MS, bounds=bounds.wait)
-    draw_histogram(axes[1, 1], to_array(samples.landing_along), label="landing from the base axis [m]")
+    draw_histogram(axes[0, 0], samples.distance, label="distance [m]", bounds=bounds.distance)
+    draw_histogram(axes[0, 1], samples.speed, label="mean speed [m/s]", bounds=bounds.speed)
+    draw_histogram(axes[1, 0], samples.wait, label="wait [ms]", scale=MS, bounds=bounds.wait)
+    draw_histogram(axes[1, 1], samples.landing_along, label="landing from the base axis [m]")
     return figure
 
 
-def _curves(curve: ErrorCurve) -> dict[str, np.ndarray]:
+def _curves(curve: pd.DataFrame) -> dict[str, Array]:
     return {
-        "validation": to_array(curve.validation_rmse),
-        "leave-one-out": to_array(curve.leave_one_out_rmse),
+        "validation": curve["validation_rmse"].to_numpy(),
+        "leave-one-out": curve["leave_one_out_rmse"].to_numpy(),
     }
 
 
@@ -125,10 +125,10 @@ def _selection(findings: Findings) -> Figure:
     selection = findings.selection
     draw_error_curve(
         axes[0, 0],
-        np.array(selection.sigma_curve.x),
+        selection.sigma_curve["x"].to_numpy(),
         _curves(selection.sigma_curve),
         xlabel="sigma, in scaled parameters [1]",
-        descents=[(np.array(descent.x), np.array(descent.rmse)) for descent in selection.descents],
+        descents=[(descent["x"].to_numpy(), descent["rmse"].to_numpy()) for descent in selection.descents],
         chosen={
             "leave-one-out": selection.isotropic.sigma[0],
             "validation": selection.by_validation.sigma[0],
@@ -136,7 +136,7 @@ def _selection(findings: Findings) -> Figure:
     )
     draw_error_curve(
         axes[0, 1],
-        np.array(selection.regularization_curve.x),
+        selection.regularization_curve["x"].to_numpy(),
         _curves(selection.regularization_curve),
         xlabel="lambda [1]",
         chosen={"leave-one-out": selection.isotropic.regularization},
@@ -145,47 +145,44 @@ def _selection(findings: Findings) -> Figure:
 
 
 def _performance(findings: Findings) -> Figure:
-    executions = findings.executions
-    figure = Figure(figsize=(WIDTH, 2.6 * len(executions) + 2.4), layout="constrained")
-    *panels, last = figure.subplots(len(executions) + 1, 1)
-    for axes, execution in zip(panels, executions, strict=True):
-        _draw_execution(axes, execution, findings.settings.scenario)
+    trials = findings.executions.trials
+    by_label = trials.groupby("label", sort=False)
+    figure = Figure(figsize=(WIDTH, 2.6 * by_label.ngroups + 2.4), layout="constrained")
+    *panels, last = figure.subplots(by_label.ngroups + 1, 1)
+    for axes, (label, group) in zip(panels, by_label, strict=True):
+        _draw_execution(axes, str(label), group, findings.settings.scenario)
     # The program's own predictions hit the middle to far less than what matters.
-    papers = findings.execution.trials
-    misses = {f"{PAPERS_PLANNER}, predicted": to_array(trial.predicted_miss for trial in papers)} | {
-        f"{one.label}, executed": to_array(trial.executed_miss for trial in one.trials) for one in executions
-    }
+    papers = trials.loc[trials["planner"] == PAPERS_PLANNER, "predicted_miss"]
+    misses = {f"{PAPERS_PLANNER}, predicted": papers.to_numpy()}
+    misses |= {f"{label}, executed": group["miss"].to_numpy() for label, group in by_label}
     draw_miss_distribution(last, misses)
     return figure
 
 
-def _draw_execution(axes: Axes, execution: Execution, scenario: Scenario) -> None:
-    trials = execution.trials
+def _draw_execution(axes: Axes, label: str, trials: pd.DataFrame, scenario: Scenario) -> None:
     # A ball may miss sideways too: the distance has the sign of its part along the casting plane.
-    executed = np.copysign(
-        to_array(trial.executed_miss for trial in trials), to_array(trial.executed_offset for trial in trials)
-    )
+    executed = np.copysign(trials["miss"].to_numpy(), (trials["landing_along"] - trials["radius"]).to_numpy())
     draw_performance(
         axes,
-        np.array([trial.cup for trial in trials]),
-        np.array([trial.predicted_offset for trial in trials]),
+        trials["radius"].to_numpy(),
+        trials["predicted_offset"].to_numpy(),
         executed,
-        [trial.status for trial in trials],
+        trials["status"].tolist(),
         cup_radius=scenario.cup.inner_radius,
         ball_radius=scenario.ball.radius,
     )
-    axes.set_title(execution.label, loc="left")
+    axes.set_title(label, loc="left")
 
 
 def _comparison(findings: Findings) -> Figure:
     figure, axes = _new(3.6)
-    rows = sorted(findings.comparison.rows, key=lambda row: row.rmse)
-    low, high = np.array([row.rmse_interval for row in rows]).T
-    by_name = {row.name: row.label for row in rows}
+    rows = findings.comparison.rows.sort_values("rmse", kind="stable")
+    low, high = np.array(rows["rmse_interval"].tolist()).T
+    by_name = dict(zip(rows["name"], rows["label"], strict=True))
     draw_comparison(
         axes[0, 0],
-        [row.label for row in rows],
-        np.array([row.rmse for row in rows]),
+        rows["label"].tolist(),
+        rows["rmse"].to_numpy(),
         low,
         high,
         paper={
@@ -199,19 +196,14 @@ def _comparison(findings: Findings) -> Figure:
 def _polynomials(findings: Findings) -> Figure:
     figure, axes = _new(3.2)
     fits = findings.comparison.polynomials
-    curves = {
-        part: np.array([getattr(fit, f"{part}_rmse") for fit in fits])
-        for part in ("training", "validation", "test")
-    }
-    draw_polynomials(axes[0, 0], np.array([fit.degree for fit in fits]), curves, paper=paper.POLYNOMIAL_RMSE)
+    curves = {part: fits[f"{part}_rmse"].to_numpy() for part in ("training", "validation", "test")}
+    draw_polynomials(axes[0, 0], fits["degree"].to_numpy(), curves, paper=paper.POLYNOMIAL_RMSE)
     return figure
 
 
 def _parity(findings: Findings) -> Figure:
     figure, axes = _new(3.4, 1, 2)
-    measured, predicted = (
-        np.array(values) for values in (findings.comparison.test_measured, findings.comparison.test_predicted)
-    )
+    measured, predicted = findings.comparison.test_measured, findings.comparison.test_predicted
     draw_parity(axes[0, 0], measured, predicted)
     draw_residuals(axes[0, 1], predicted, predicted - measured)
     return figure
@@ -219,13 +211,13 @@ def _parity(findings: Findings) -> Figure:
 
 def _where_wrong(findings: Findings) -> Figure:
     figure, axes = _new(3.6, 1, 2)
-    held_out = findings.comparison.held_out
-    distance, speed, wait, residual = (
-        np.array(values) for values in (held_out.distance, held_out.speed, held_out.wait, held_out.residual)
-    )
-    draw_residual_map(axes[0, 0], distance, speed, residual, xlabel="distance [m]", ylabel="mean speed [m/s]")
+    cast = findings.comparison.held_out
+    for panel, x, xlabel in (
+        (axes[0, 0], cast.distance, "distance [m]"),
+        (axes[0, 1], cast.wait * MS, "wait [ms]"),
+    ):
+        draw_residual_map(panel, x, cast.speed, cast.residual, xlabel=xlabel, ylabel="mean speed [m/s]")
     draw_shortest_move(axes[0, 0], findings.settings.scenario.motion.min_move_duration)
-    draw_residual_map(axes[0, 1], wait * MS, speed, residual, xlabel="wait [ms]", ylabel="mean speed [m/s]")
     return figure
 
 
@@ -233,7 +225,7 @@ def _learning_curves(findings: Findings) -> Figure:
     figure, axes = _new(3.8)
     found = findings.learning_curves
     curves = {
-        name: LearningCurve(np.array(band.median), np.array(band.low), np.array(band.high))
+        name: LearningCurve(*band[["median", "low", "high"]].to_numpy().T)
         for name, band in found.curves.items()
     }
     draw_learning_curves(
@@ -248,22 +240,21 @@ def _learning_curves(findings: Findings) -> Figure:
 
 def _calibration(findings: Findings) -> Figure:
     figure, axes = _new(3.6)
-    empirical = {name: np.array(values) for name, values in findings.comparison.empirical.items()}
-    draw_calibration(axes[0, 0], np.array(findings.comparison.coverage), empirical)
+    draw_calibration(axes[0, 0], findings.comparison.coverage, findings.comparison.empirical)
     return figure
 
 
 def _landing_map(findings: Findings) -> Figure:
     found = findings.landing_map
     figure, axes = _new(2.8, 1, len(found.waits), sharey=True)
-    landing, allowed = np.array(found.landing), np.array(found.is_allowed)
+    landing, allowed = found.landing, np.array(found.is_allowed)
     low, high = np.nanmin(landing[:, allowed]), np.nanmax(landing[:, allowed])
     levels = np.arange(np.floor(10 * low), np.ceil(10 * high) + 1) / 10
     for panel, wait, plane in zip(axes[0], found.waits, landing, strict=True):
         draw_landing_map(
             panel,
-            np.array(found.distance),
-            np.array(found.speed),
+            found.distance,
+            found.speed,
             plane,
             is_allowed=allowed,
             wait=wait,
@@ -276,23 +267,22 @@ def _landing_map(findings: Findings) -> Figure:
 
 def _noise(findings: Findings) -> Figure:
     noise, scenario = findings.noise, findings.settings.scenario
-    learned = [one for one in noise.executions if one.label.endswith(LEARNED_WITH_NOISE)]
+    by_label = noise.executions.groupby("label", sort=False)
+    learned = {str(label): group for label, group in by_label if str(label).endswith(LEARNED_WITH_NOISE)}
     figure = Figure(figsize=(WIDTH, 2.6 * (len(learned) + 2)), layout="constrained")
     top, *middle, bottom = figure.subfigures(len(learned) + 2, 1, squeeze=False)[:, 0]
     scatter, curve = top.subplots(1, 2)
-    draw_landing_scatter(
-        scatter, to_array(noise.along), to_array(noise.across), clear_radius=clear_radius(scenario)
-    )
+    draw_landing_scatter(scatter, noise.along, noise.across, clear_radius=clear_radius(scenario))
     draw_error_curve(
         curve,
-        np.array(noise.regularization_curve.x),
+        noise.regularization_curve["x"].to_numpy(),
         _curves(noise.regularization_curve),
         xlabel="lambda [1]",
-        chosen={"leave-one-out": noise.models[0].regularization},
+        chosen={"leave-one-out": noise.models["regularization"].iloc[0]},
     )
-    for panel, execution in zip(middle, learned, strict=True):
-        _draw_execution(panel.subplots(), execution, scenario)
-    misses = {one.label: to_array(trial.executed_miss for trial in one.trials) for one in noise.executions}
+    for panel, (label, trials) in zip(middle, learned.items(), strict=True):
+        _draw_execution(panel.subplots(), label, trials, scenario)
+    misses = {str(label): trials["miss"].to_numpy() for label, trials in by_label}
     draw_miss_distribution(bottom.subplots(), misses)
     return figure
 

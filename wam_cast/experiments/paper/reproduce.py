@@ -8,31 +8,19 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import TypeVar
 
-import numpy as np
 from threadpoolctl import threadpool_limits
 
-from wam_cast.experiments.paper.comparison import compare
-from wam_cast.experiments.paper.execution import Thrower, execute_plans
-from wam_cast.experiments.paper.findings import PLANNERS, Findings
-from wam_cast.experiments.paper.landing_map import map_landings
-from wam_cast.experiments.paper.learning_curves import learn_with_fewer_casts
-from wam_cast.experiments.paper.noise_study import study_noise
+from wam_cast.experiments.frames import Result
+from wam_cast.experiments.paper.comparison import Comparison, compare
+from wam_cast.experiments.paper.findings import Executions, Findings, Samples, describe_samples
+from wam_cast.experiments.paper.landing_map import LandingMap, map_landings
+from wam_cast.experiments.paper.learning_curves import LearningCurves, learn_with_fewer_casts
+from wam_cast.experiments.paper.noise_study import NoiseStudy, study_noise
 from wam_cast.experiments.paper.report import write_report
 from wam_cast.experiments.paper.report_figures import CAPTIONS, draw_figures
-from wam_cast.experiments.paper.results import (
-    Chosen,
-    Comparison,
-    Executions,
-    LandingMap,
-    LearningCurves,
-    NoiseStudy,
-    Result,
-    Samples,
-    Selection,
-    floats,
-)
-from wam_cast.experiments.paper.selection import select_models
-from wam_cast.experiments.paper.settings import OnProgress, Settings
+from wam_cast.experiments.paper.selection import Chosen, Selection, select_models
+from wam_cast.experiments.paper.settings import PLANNERS, OnProgress, Settings
+from wam_cast.experiments.trials import Thrower, line_of_cups, lost_as_diverged, plan_and_execute
 from wam_cast.learning.dataset import CastDataset, generate_dataset
 from wam_cast.learning.forward_model import ForwardModel
 from wam_cast.learning.parts import Parts, split_casts
@@ -79,13 +67,14 @@ def reproduce(
     Raises
     ------
     InputError
-        If the seed is no whole number from 0 on, the directory holds something else or a run with other settings or is in use,
+        If the seed is no integer from 0 on, the directory holds something else or a run with other settings or is in use,
         or the scenario cannot be simulated or learned.
     """
     settings = Settings.of(scenario, seed, quick)
     report = on_progress or (lambda _title, _done, _n: None)
     # One thread for each process, which also makes ill-conditioned sums the same whatever the number of processors.
-    with RunDirectory(directory, settings) as store, Workers() as workers, threadpool_limits(1):
+    store = RunDirectory(directory, settings.identity, settings.own_scenario)
+    with store, Workers() as workers, threadpool_limits(1):
         run = _Run(settings, store, executor or workers, report)
         findings = run.findings()
         with store.timed("figures"):
@@ -121,7 +110,7 @@ class _Run:
         )
         chosen = selection.per_parameter
         landing_map = self._phase("landing map", LandingMap, lambda r: map_landings(self._model(chosen), r))
-        executions = self._phase("execution", Executions, lambda r: self._execute(chosen, r)).planners
+        executions = self._phase("execution", Executions, lambda r: self._execute(chosen, r))
         noise = self._phase(
             "noise",
             NoiseStudy,
@@ -173,31 +162,8 @@ class _Run:
         return ForwardModel.from_hyperparameters(self._casts, chosen.sigma, chosen.regularization)
 
     def _execute(self, chosen: Chosen, report: OnProgress) -> Executions:
-        model = self._model(chosen)
-        throwers = [Thrower(planner, planner, model) for planner in PLANNERS]
-        settings = self._settings
-        return Executions(
-            planners=execute_plans(
-                settings.scenario, throwers, settings.n_cups, executor=self._executor, report=report
-            )
-        )
-
-
-def describe_samples(data: CastDataset, parts: Parts) -> Samples:
-    """Return counts of a dataset, and its training casts."""
-    X, y = parts.train
-    train, _, _ = data.split()
-    frame = data.frame.iloc[train]
-    return Samples(
-        statuses={str(status): int(n) for status, n in data.frame["status"].value_counts().items()},
-        n_train=len(X),
-        n_validation=len(parts.validation.X),
-        n_test=parts.n_test,
-        share_slack=float(np.mean(frame["is_slack"].to_numpy(dtype=bool))),
-        distance=floats(X[:, 0]),
-        speed=floats(X[:, 1]),
-        wait=floats(X[:, 2]),
-        landing_along=floats(parts.train.landing),
-        landing_std=float(np.std(parts.train.landing)),
-        largest_across=float(np.max(np.abs(y[:, 1]))),
-    )
+        model, settings = self._model(chosen), self._settings
+        cups = line_of_cups(model, settings.n_cups)
+        throwers = [Thrower(planner, planner, model, cups) for planner in PLANNERS]
+        trials = plan_and_execute(settings.scenario, throwers, executor=self._executor, report=report)
+        return Executions(trials=lost_as_diverged(trials))

@@ -5,24 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+import pandas as pd
 
 from wam_cast.cast import cast_bounds
+from wam_cast.experiments.frames import Columns, Result
 from wam_cast.experiments.paper import published as paper
-from wam_cast.experiments.paper.results import (
-    Chosen,
-    Descent,
-    ErrorCurve,
-    Selection,
-    floats,
-    maybe_floats,
-)
 from wam_cast.experiments.paper.settings import OnProgress
 from wam_cast.experiments.statistics import rmse
 from wam_cast.learning.forward_model import START_SIGMA, tune_model
+from wam_cast.learning.hyperparameters import TuningResult, tune_by_descent, tune_by_lbfgs
 from wam_cast.learning.kernel_ridge import KernelRidge
-from wam_cast.learning.leave_one_out import tune_by_leave_one_out
+from wam_cast.learning.losses import LeaveOneOutLoss, ValidationLoss
 from wam_cast.learning.parts import Parts
-from wam_cast.learning.tuning import TuningResult, tune_sigma
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array
 
@@ -36,6 +30,45 @@ SI_UNITS = (np.zeros(3), np.ones(3))
 
 DESCENT_STARTS = (0.2, 1.5)
 """Of the paper's descent, on either side of the minimum: the error is not convex in sigma."""
+
+
+class Chosen(Result):
+    """Hyperparameters of the kernel regression and their errors [m]; `sigma` has one value or one for each parameter."""
+
+    sigma: tuple[float, ...]
+    regularization: float
+    leave_one_out_rmse: float
+    validation_rmse: float
+
+
+class Selection(Result):
+    """The model selection.
+
+    An error curve has the columns `x`, the hyperparameter, and `validation_rmse` and `leave_one_out_rmse` [m], nan where the
+    kernel matrix is singular.
+
+    Attributes
+    ----------
+    by_validation
+        As in the paper: sigma by gradient descent on the validation error, lambda that of `isotropic`.
+    isotropic, per_parameter
+        Sigma, one or one for each parameter, and lambda by leave-one-out.
+    sigma_curve, regularization_curve
+        Each with the other hyperparameter as in `isotropic`.
+    papers_curve
+        Errors over lambda with the paper's sigma, on parameters in SI units that are not scaled.
+    descents
+        Steps on the validation error over sigma, `x`, and the error there, `rmse` [m], each from another start; the best one gave
+        `by_validation`.
+    """
+
+    by_validation: Chosen
+    isotropic: Chosen
+    per_parameter: Chosen
+    sigma_curve: Columns
+    regularization_curve: Columns
+    papers_curve: Columns
+    descents: tuple[Columns, ...]
 
 
 def select_models(scenario: Scenario, parts: Parts, report: OnProgress) -> Selection:
@@ -69,9 +102,7 @@ def select_models(scenario: Scenario, parts: Parts, report: OnProgress) -> Selec
         sigma_curve=sigma_curve,
         regularization_curve=regularization_curve,
         papers_curve=papers_curve,
-        descents=tuple(
-            Descent(x=floats(tuned.sigma_path), rmse=floats(tuned.rmse_path)) for tuned in descents
-        ),
+        descents=tuple(pd.DataFrame({"x": tuned.sigma_path, "rmse": tuned.rmse_path}) for tuned in descents),
     )
 
 
@@ -82,11 +113,11 @@ def make_estimator(scenario: Scenario, chosen: Chosen) -> KernelRidge:
 
 
 def select_per_parameter(scenario: Scenario, parts: Parts) -> Chosen:
-    """Choose a sigma for each parameter and lambda; the test part stays closed."""
+    """Choose ARD length scales and lambda; the test part stays closed."""
     return _Errors(cast_bounds(scenario), parts).chosen(tune_model(scenario, parts.train))
 
 
-def regularization_curve(scenario: Scenario, parts: Parts, sigma: tuple[float, ...]) -> ErrorCurve:
+def regularization_curve(scenario: Scenario, parts: Parts, sigma: tuple[float, ...]) -> pd.DataFrame:
     """Return the errors over lambda at one `sigma`."""
     errors = _Errors(cast_bounds(scenario), parts)
     return errors.curve(REGULARIZATIONS, lambda lam: (np.array(sigma), lam), lambda: None)
@@ -100,20 +131,15 @@ class _Errors:
         self._train, self._validation = parts.train, parts.validation
 
     def by_leave_one_out(self) -> TuningResult:
-        return tune_by_leave_one_out(
-            self._train.X, self._train.landing, sigma0=START_SIGMA, input_bounds=self._bounds
-        )
+        loss = LeaveOneOutLoss(self._train.X, self._train.landing, input_bounds=self._bounds)
+        return tune_by_lbfgs(loss, sigma0=START_SIGMA)
 
     def by_validation(self, sigma0: float, regularization: float) -> TuningResult:
-        return tune_sigma(
-            self._train.X,
-            self._train.landing,
-            self._validation.X,
-            self._validation.landing,
-            sigma0=sigma0,
-            regularization=regularization,
-            input_bounds=self._bounds,
+        train, validation = self._train, self._validation
+        loss = ValidationLoss(
+            train.X, train.landing, validation.X, validation.landing, input_bounds=self._bounds
         )
+        return tune_by_descent(loss, sigma0=sigma0, regularization=regularization)
 
     def evaluate(self, sigma: float | Array, regularization: float) -> tuple[float, float]:
         """Return the leave-one-out RMSE and the validation RMSE [m]; nan if the kernel matrix is singular."""
@@ -130,7 +156,7 @@ class _Errors:
     def chosen(self, tuned: TuningResult) -> Chosen:
         loo, validation = self.evaluate(np.asarray(tuned.sigma), tuned.regularization)
         return Chosen(
-            sigma=floats(tuned.sigma),
+            sigma=tuple(np.ravel(tuned.sigma).tolist()),
             regularization=tuned.regularization,
             leave_one_out_rmse=loo,
             validation_rmse=validation,
@@ -141,15 +167,10 @@ class _Errors:
         values: Array,
         at: Callable[[float], tuple[float | Array, float]],
         finished: Callable[[], None],
-    ) -> ErrorCurve:
-        loo, validation = [], []
+    ) -> pd.DataFrame:
+        errors = []
         for value in values:
-            errors = self.evaluate(*at(float(value)))
-            loo.append(errors[0])
-            validation.append(errors[1])
+            errors.append(self.evaluate(*at(float(value))))
             finished()
-        return ErrorCurve(
-            x=floats(values),
-            validation_rmse=maybe_floats(validation),
-            leave_one_out_rmse=maybe_floats(loo),
-        )
+        loo, validation = np.array(errors).T
+        return pd.DataFrame({"x": values, "validation_rmse": validation, "leave_one_out_rmse": loo})

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
-import hashlib
 import shlex
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
 from importlib.metadata import version
 from pathlib import Path
 
-import wam_cast
 from wam_cast.errors import checked_whole_number
+from wam_cast.planning.plan import METHODS, Method
 from wam_cast.scenario import Noise, Scenario
 from wam_cast.storage.dataset_directory import current_versions
 
 OnProgress = Callable[[int, int], None]
 """Takes how much of a phase is done, and how much there is."""
+
+PAPERS_PLANNER: Method = "gradient"
+
+PLANNERS: tuple[Method, ...] = (
+    PAPERS_PLANNER,
+    *(planner for planner in METHODS if planner != PAPERS_PLANNER),
+)
+"""The paper's first."""
 
 
 @dataclass(frozen=True)
@@ -99,7 +105,10 @@ class Settings:
 
     @property
     def identity(self) -> dict[str, object]:
-        """What must be the same for a run to go on where another one stopped."""
+        """What must be the same for a run to go on where another one stopped: all that its numbers depend on.
+
+        Of the software that is the versions, not the text of its files: a comment changes no number.
+        """
         return {
             "scenario": self.scenario.model_dump(mode="json"),
             "fingerprint": self.scenario.fingerprint,
@@ -109,15 +118,4 @@ class Settings:
             "n_cups": self.n_cups,
             "n_repeats": self.n_repeats,
             "versions": self.versions,
-            "code": _digest_of_package(),
         }
-
-
-@lru_cache(maxsize=1)
-def _digest_of_package() -> str:
-    """Return a hash of the package's sources: what another version of them found must not be mixed with what these find."""
-    package = Path(wam_cast.__file__).parent
-    digest = hashlib.sha256()
-    for path in sorted(package.rglob("*.py")):
-        digest.update(f"{path.relative_to(package)}\n".encode() + path.read_bytes())
-    return digest.hexdigest()[:16]

@@ -15,7 +15,8 @@ from wam_cast.arm_model import bearing_limits
 from wam_cast.cast import PARAMETERS, Cast, cast_bounds, checked_cup, nearest_allowed
 from wam_cast.casting_plane import from_polar, to_polar
 from wam_cast.errors import InputError
-from wam_cast.learning.forward_model import ForwardModel, reference_model
+from wam_cast.learning.forward_model import ForwardModel
+from wam_cast.learning.reference import reference_model
 from wam_cast.motion.stages import Stage
 from wam_cast.planning.forecast import Prediction
 from wam_cast.planning.plan import Plan, plan_cast

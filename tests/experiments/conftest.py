@@ -8,7 +8,8 @@ import pytest
 
 import wam_cast as wc
 from wam_cast.cast import Cast
-from wam_cast.experiments.paper import execution, learning_curves, settings
+from wam_cast.experiments import trials
+from wam_cast.experiments.paper import learning_curves, settings
 from wam_cast.experiments.paper import report_figures as figures
 from wam_cast.experiments.paper import reproduce as run
 from wam_cast.experiments.paper.report_figures import CAPTIONS
@@ -73,8 +74,8 @@ def without_physics():
     """Replace what simulates and what starts processes, and make runs small."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(dataset, "simulate_row", fake_row)
-        patch.setattr(execution, "simulate_cast", fake_outcome)
-        for module in (dataset, execution, learning_curves, figures):
+        patch.setattr(trials, "simulate_cast", fake_outcome)
+        for module in (dataset, trials, learning_curves, figures):
             patch.setattr(module, "run_rows", inline)
         patch.setattr(learning_curves, "SIZES", (25,))
         patch.setattr(settings, "QUICK", settings.Size(n_casts=85, n_cups=6, n_repeats=1))

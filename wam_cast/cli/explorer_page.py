@@ -1,4 +1,4 @@
-"""The explorer from the command line."""
+"""The explorer's page, served until interrupted."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ import os
 import sys
 from pathlib import Path
 
-from wam_cast.cli import models
-from wam_cast.cli.output import err, out, print_json, progress
+from wam_cast.cli import model_choice
+from wam_cast.cli.records import print_json
+from wam_cast.cli.terminal import err, out, progress
 
 
 def explore(scenario_path: Path | None, model_path: Path | None, as_json: bool) -> None:
@@ -15,13 +16,13 @@ def explore(scenario_path: Path | None, model_path: Path | None, as_json: bool) 
     from wam_cast.visualization.interactive.explorer import Explorer
 
     with progress("setting up"):
-        scenario, model = models.find(scenario_path, model_path)
+        scenario, model = model_choice.find(scenario_path, model_path)
         advice = {}
         if model is None and scenario_path is not None:
-            advice = {"advice": f"{models.how_to_make(scenario_path, scenario)}, and start again"}
+            advice = {"advice": f"{model_choice.how_to_make(scenario_path, scenario)}, and start again"}
         explorer = Explorer(scenario, model, **advice)
     if as_json:
-        print_json([{"url": explorer.url}])
+        print_json({"url": explorer.url})
     else:
         out.print(
             f"{explorer.url} is a page to explore casts: its sliders and buttons are under Open Controls"

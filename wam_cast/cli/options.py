@@ -1,0 +1,56 @@
+"""The options that several commands share, and what a cup is on the command line."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from wam_cast.errors import InputError
+from wam_cast.types import Position
+
+# Their names stand in `planning.plan` too, which loads Drake: `--help` does without.
+Planner = Literal["program", "gradient"]
+Solver = Literal["snopt", "ipopt", "nlopt"]
+
+CupOption = Annotated[
+    list[str],
+    typer.Option("--cup", metavar="X[,Y]", help="The cup's axis in metres; default of Y: 0. Repeatable."),
+]
+JsonOption = Annotated[bool, typer.Option("--json", metavar="", help="Print the result as JSON.")]
+ModelOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--model",
+        metavar="FILE",
+        help="What `wam-cast fit` wrote; its scenario holds unless --scenario names one. Default: the scenario's own.",
+    ),
+]
+PlannerOption = Annotated[Planner, typer.Option("--planner", help="`gradient` is the paper's.")]
+ScenarioOption = Annotated[
+    Path | None,
+    typer.Option("--scenario", metavar="FILE", help="YAML file; default: the reference scenario."),
+]
+SolverOption = Annotated[Solver | None, typer.Option("--solver", help="Of the program; default: snopt.")]
+TrainOption = Annotated[
+    bool, typer.Option("--train", metavar="", help="Make the scenario's model first if it has none.")
+]
+WorkersOption = Annotated[
+    int | None, typer.Option("--workers", min=1, help="Number of processes; default: one per processor.")
+]
+
+
+def parse_cup(text: str) -> Position:
+    """Return world (x, y) of `X` or `X,Y`. Raises `InputError`."""
+    numbers = text.split(",")
+    try:
+        x, y = (float(number) for number in (numbers if len(numbers) == 2 else [*numbers, "0"]))
+    except ValueError:
+        raise InputError(
+            f"--cup {text!r} is not a position: give X or X,Y in metres, such as --cup 0.75 or --cup 0.60,-0.25"
+        ) from None
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise InputError(f"--cup {text!r} is not finite: give X or X,Y in metres, such as --cup 0.75")
+    return x, y

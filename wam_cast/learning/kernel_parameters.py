@@ -1,0 +1,75 @@
+"""What the parameters of `KernelRidge` may be: checks that say what is allowed, and the scaling of its inputs."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from wam_cast.types import Array
+
+
+def input_scale(X: Array, input_bounds: tuple[ArrayLike, ArrayLike] | None) -> tuple[Array, Array]:
+    """Find the offset and the range that scale inputs to the unit cube.
+
+    Parameters
+    ----------
+    X : ndarray of shape (n_samples, n_features)
+        Training inputs.
+    input_bounds : pair (lower, upper) or None
+        As for `KernelRidge`.
+
+    Returns
+    -------
+    offset, range : ndarray of shape (n_features,)
+        In units of the inputs. The range of a constant column is infinite, which scales any value to 0.
+
+    Raises
+    ------
+    ValueError
+        If the bounds are not a pair with finite lower < upper that fits the inputs.
+    """
+    if input_bounds is None:
+        lower, upper = X.min(axis=0), X.max(axis=0)
+        return lower, np.where(upper > lower, upper - lower, np.inf)
+    n_features = X.shape[1]
+    try:
+        lower, upper = (np.broadcast_to(np.asarray(b, dtype=np.float64), n_features) for b in input_bounds)
+        is_allowed = bool(np.all(np.isfinite(lower) & np.isfinite(upper) & (lower < upper)))
+    except (TypeError, ValueError):
+        is_allowed = False
+    if not is_allowed:
+        raise ValueError(
+            f"input_bounds={input_bounds!r} is not allowed: it must be None or a pair (lower, upper), each "
+            f"finite, a number or one for each of the {n_features} inputs, with lower < upper; pass for "
+            "example input_bounds=None to take the bounds from the training inputs"
+        )
+    return lower.copy(), upper - lower
+
+
+def checked_sigma(sigma: float | ArrayLike, n_features: int, *, name: str = "sigma") -> Array:
+    """Return the width of the kernel for each input, or raise a ValueError that says what is allowed."""
+    try:
+        widths = np.asarray(sigma, dtype=np.float64)
+        is_allowed = widths.shape in ((), (n_features,)) and bool(np.all(np.isfinite(widths) & (widths > 0)))
+    except (TypeError, ValueError):
+        is_allowed = False
+    if not is_allowed:
+        raise ValueError(
+            f"{name}={sigma!r} is not allowed: it must be a finite number > 0, or one for each of the "
+            f"{n_features} inputs, in units of the scaled inputs; pass for example {name}=0.35"
+        )
+    return np.broadcast_to(widths, n_features)
+
+
+def checked_regularization(regularization: float) -> float:
+    """Return λ as a float, or raise a ValueError that says what is allowed."""
+    try:
+        value = float(regularization)
+    except (TypeError, ValueError):
+        value = np.nan
+    if not 0 <= value < np.inf:
+        raise ValueError(
+            f"regularization={regularization!r} is not allowed: it must be a finite number >= 0; "
+            "pass for example regularization=1e-6"
+        )
+    return value

@@ -1,0 +1,164 @@
+"""The file of a forward model: one compressed numpy archive with all that the model is made anew from."""
+
+from __future__ import annotations
+
+import io
+import json
+import tokenize
+import zipfile
+import zlib
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from wam_cast.errors import InputError
+from wam_cast.learning.uncertainty import ErrorFit
+from wam_cast.planning.prediction import OUTPUTS
+from wam_cast.scenario import Scenario
+from wam_cast.storage.atomic import write_file
+from wam_cast.types import Array
+
+FORMAT = "wam_cast forward model 3"
+
+MALFORMED = (
+    OSError,
+    EOFError,
+    ValueError,
+    TypeError,
+    LookupError,
+    AttributeError,
+    zipfile.BadZipFile,
+    zlib.error,
+    SyntaxError,
+    tokenize.TokenError,
+)
+"""What numpy, zip and JSON raise for bytes that are something else."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """How a model was fitted, and how well.
+
+    Attributes
+    ----------
+    seed
+        Of the dataset.
+    n_train, n_validation, n_test
+        Casts of each part, without those that never came down to the rim plane.
+    sigma, regularization
+        Of the kernel: ARD length scales of distance, speed and wait, in parameters scaled to the unit cube of the bounds, and
+        lambda.
+    leave_one_out_rmse, validation_rmse, test_rmse
+        Root mean squared errors of the landing along the casting plane [m]: of the training casts, each predicted by a fit to
+        all the others, and of the other two parts. `ForwardModel.fit` chooses by the first one alone. The last one is nan if
+        the test casts stayed closed.
+    """
+
+    seed: int
+    n_train: int
+    n_validation: int
+    n_test: int
+    sigma: tuple[float, float, float]
+    regularization: float
+    leave_one_out_rmse: float
+    validation_rmse: float
+    test_rmse: float
+
+
+@dataclass(frozen=True)
+class StoredModel:
+    """What a model file holds.
+
+    Attributes
+    ----------
+    scenario
+        Whose casts the model predicts.
+    known_casts, known_outputs, known_log_ratios
+        The training casts, shape (n_train, 3), their `OUTPUTS`, shape (n_train, 7), and what the uncertainty's correction is
+        fitted to, shape (n_train,).
+    reach
+        The smallest and largest distance of a cup from the base axis [m].
+    info
+        How the model was fitted.
+    uncertainty
+        What its uncertainty learned.
+    """
+
+    scenario: Scenario
+    known_casts: Array
+    known_outputs: Array
+    known_log_ratios: Array
+    reach: tuple[float, float]
+    info: Fit
+    uncertainty: ErrorFit
+
+
+def write_model(path: str | Path, model: StoredModel) -> None:
+    """Write a model to one file. Raises `InputError` if that cannot be done; then nothing is left behind."""
+    header = {
+        "format": FORMAT,
+        "fingerprint": model.scenario.fingerprint,
+        "scenario": model.scenario.model_dump(mode="json"),
+        "reach": model.reach,
+        "info": asdict(model.info),
+        "uncertainty": asdict(model.uncertainty),
+    }
+    content = io.BytesIO()
+    np.savez_compressed(
+        content,
+        header=np.array(json.dumps(header)),
+        known_casts=model.known_casts,
+        known_outputs=model.known_outputs,
+        known_log_ratios=model.known_log_ratios,
+    )
+    write_file(path, content.getvalue())
+
+
+def read_model(path: str | Path) -> StoredModel:
+    """Read a model that `write_model` wrote.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, is not a model, or its scenario is not what it was: the arm's model and the version count too.
+    """
+    try:
+        content = Path(path).read_bytes()
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise InputError(f"model {path}: {reason}; name a file that wam-cast fit wrote") from None
+    try:
+        header, arrays = _unpack(content)
+        values, fingerprint = header["scenario"], str(header["fingerprint"])
+        nearest, farthest = (float(radius) for radius in header["reach"])
+        info = Fit(**header["info"] | {"sigma": tuple(float(sigma) for sigma in header["info"]["sigma"])})
+        uncertainty = ErrorFit(**header["uncertainty"] | {"sigma": tuple(header["uncertainty"]["sigma"])})
+    except MALFORMED:
+        raise InputError(f"model {path}: not a model file; name one that wam-cast fit wrote") from None
+    try:
+        scenario = Scenario.from_dict(values)
+    except InputError as error:
+        raise InputError(f"model {path}: its scenario cannot be used now ({error}); fit it anew") from None
+    if scenario.fingerprint != fingerprint:
+        raise InputError(
+            f"model {path}: made with another model of the arm or another version of wam_cast "
+            f"({fingerprint}, now {scenario.fingerprint}); fit it anew with: wam-cast fit"
+        )
+    return StoredModel(scenario, *arrays, (nearest, farthest), info, uncertainty)
+
+
+def _unpack(content: bytes) -> tuple[dict[str, Any], tuple[Array, Array, Array]]:
+    """Return the header and the three arrays; raises one of `MALFORMED` if they are not those of a model."""
+    with np.load(io.BytesIO(content), allow_pickle=False) as file:
+        header = json.loads(str(file["header"]))
+        casts, outputs, log_ratios = (
+            np.asarray(file[name], dtype=float)
+            for name in ("known_casts", "known_outputs", "known_log_ratios")
+        )
+    n_casts = len(casts)
+    shapes = (n_casts, 3), (n_casts, len(OUTPUTS)), (n_casts,)
+    if header["format"] != FORMAT or shapes != (casts.shape, outputs.shape, log_ratios.shape):
+        raise ValueError("another format")
+    return header, (casts, outputs, log_ratios)

@@ -1,0 +1,122 @@
+"""The contact phase: from near the cup until the ball rests or has missed, and then the return.
+
+It runs in a station with contact, under an error-controlled method of third order, which takes the short steps that an impact
+needs and no others. The plant is that of the contact-free phase.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
+from pydrake.systems.framework import LeafSystem
+
+from wam_cast.motion.stages import Stage
+from wam_cast.robot.station import CastStation, Log, StationState
+from wam_cast.scenario import Scenario
+from wam_cast.simulation.ball_and_cup import REST_RISE, is_inside, possible_rise
+from wam_cast.simulation.contact_free import ContactFree
+from wam_cast.simulation.polling import CONTACT_POLL_PERIODS, DivergedError, advance, bounded_part, poll_ball
+
+LYING_HEIGHT = 1.1
+"""A ball whose centre is lower than this many of its radii lies on the floor."""
+
+
+@dataclass(frozen=True, eq=False)
+class Contact:
+    """The contact phase of a cast.
+
+    Attributes
+    ----------
+    log
+        Of the whole cast: contact-free up to the hand-over, then with contact, while its states were bounded.
+    end
+        The state at the end.
+    has_diverged
+        Whether the simulation diverged.
+    is_at_rest, is_carried
+        Whether the ball rests inside the cup, and whether the cup carries it, before the return.
+    """
+
+    log: Log
+    end: StationState
+    has_diverged: bool
+    is_at_rest: bool = False
+    is_carried: bool = False
+
+
+class ContactPhase:
+    """Simulates the contact phase of any number of casts under `controller`, each where its contact-free phase handed over."""
+
+    def __init__(self, scenario: Scenario, controller: LeafSystem) -> None:
+        self._scenario = scenario
+        self._station = CastStation(scenario, has_scene=True, controller=controller)
+        self._simulator = Simulator(self._station.diagram)
+
+    def settle(self, free: ContactFree) -> Contact:
+        """Simulate until the ball rests in the cup, lies outside of it, or the hold is over."""
+        assert free.cup is not None
+        self._begin(free)
+        period, end = self._scenario.controller.period, free.motion.stage_ends[Stage.HOLD]
+        cup, radius = self._scenario.cup, self._scenario.ball.radius
+        n, n_low = round(free.hand_over.time / period), 0
+        is_at_rest = is_carried = has_diverged = False
+        try:
+            while n * period < end:
+                n += CONTACT_POLL_PERIODS
+                advance(self._simulator, n * period)
+                p_WL, speed = poll_ball(self._station, self._simulator)
+                p_CL = p_WL - [*free.cup, cup.rim_height]
+                inside = bool(is_inside(p_CL, cup))
+                is_low = inside and possible_rise(p_CL, speed, cup, radius) < REST_RISE
+                n_low = n_low + 1 if is_low else 0
+                is_carried = self._touches_cup() or (is_carried and is_low)
+                is_at_rest = n_low > 1
+                on_floor = p_CL[2] + cup.rim_height < LYING_HEIGHT * radius
+                if (is_at_rest and is_carried) or (on_floor and not inside):
+                    break
+        except DivergedError:
+            has_diverged = True
+        return replace(self._result(free, has_diverged), is_at_rest=is_at_rest, is_carried=is_carried)
+
+    def go_home(self, free: ContactFree, *, is_settled: bool) -> Contact:
+        """Simulate the return, on from where `settle` ended, or from the hand-over if the ball came near nothing."""
+        if not is_settled:
+            self._begin(free)
+        period, end = self._scenario.controller.period, free.motion.stage_ends[Stage.RETURN]
+        has_diverged = False
+        try:
+            # On to a whole control period: there the next cast's clock can start.
+            advance(self._simulator, period * math.ceil(end / period - 1e-9))
+        except DivergedError:
+            has_diverged = True
+        return self._result(free, has_diverged)
+
+    def _begin(self, free: ContactFree) -> None:
+        context = self._simulator.get_mutable_context()
+        self._station.begin(context, free.motion, free.cup, noise_seed=free.noise_seed)
+        context.SetTime(free.hand_over.time)
+        self._station.set_state(context, free.hand_over)
+        # A new integrator each time: it keeps the length of its last step, and outcomes must not depend on it.
+        ResetIntegratorFromFlags(self._simulator, "runge_kutta3", self._scenario.simulation.max_step)
+        self._simulator.get_mutable_integrator().set_target_accuracy(
+            self._scenario.simulation.contact_accuracy
+        )
+        self._simulator.Initialize()
+
+    def _touches_cup(self) -> bool:
+        """Return whether the ball touches the cup."""
+        plant = self._station.plant
+        cup = plant.GetBodyByName("cup").index()
+        context = plant.GetMyContextFromRoot(self._simulator.get_context())
+        contacts = plant.get_contact_results_output_port().Eval(context)
+        pairs = (contacts.point_pair_contact_info(i) for i in range(contacts.num_point_pair_contacts()))
+        return any(cup in (pair.bodyA_index(), pair.bodyB_index()) for pair in pairs)
+
+    def _result(self, free: ContactFree, has_diverged: bool) -> Contact:
+        context = self._simulator.get_context()
+        # The first sample is the state that was handed over: the last one of the contact-free phase.
+        since = self._station.logged(context).part(slice(1, None))
+        log = bounded_part(free.log_to_hand_over.followed_by(since))
+        return Contact(log, self._station.state(context), has_diverged)

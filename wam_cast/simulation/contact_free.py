@@ -1,0 +1,158 @@
+"""The contact-free phase: from the start of a cast until the ball has crossed the rim plane, as if there were no cup.
+
+It runs in a station without geometry, under an explicit Runge-Kutta method of second order with a fixed step: the string's
+damping is mild enough, and between two samples of the controller the right-hand side is smooth.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
+from pydrake.systems.framework import LeafSystem
+
+from wam_cast.cast import Cast
+from wam_cast.motion.stages import CastMotion, Stage
+from wam_cast.robot.station import CastStation, Log, StationState
+from wam_cast.scenario import Scenario
+from wam_cast.simulation.ball_and_cup import SLACK_MARGIN, gap_to_contact
+from wam_cast.simulation.integration_step import flight_step
+from wam_cast.simulation.polling import CONTACT_POLL_PERIODS, POLL_PERIODS, DivergedError, advance, poll_ball
+from wam_cast.types import Array, Position
+
+TRAVEL_MARGIN = 2e-4
+"""How much farther than at its present speed the ball may get in a control period [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """Where the cast before left the robot: its state, and its bearing [rad]."""
+
+    state: StationState
+    bearing: float
+
+
+@dataclass(frozen=True, eq=False)
+class ContactFree:
+    """The contact-free phase of a cast.
+
+    Attributes
+    ----------
+    motion
+        That the arm executes, of the cast with its noise.
+    cup, noise_seed
+        World (x, y) [m] of the cup's axis, or none; what the noise was drawn from.
+    log
+        Up to the end of the phase.
+    above_until
+        When the ball was last seen above the rim plane [s].
+    hand_over
+        The state with which the phase with contact begins: where the ball came near the cup or the floor, else the last one.
+    comes_near
+        Whether it did.
+    has_diverged
+        Whether the simulation diverged.
+    """
+
+    motion: CastMotion
+    cup: Position | None
+    noise_seed: int
+    log: Log
+    above_until: float
+    hand_over: StationState
+    comes_near: bool
+    has_diverged: bool
+
+    @property
+    def log_to_hand_over(self) -> Log:
+        """The samples up to the hand-over."""
+        n = int(np.searchsorted(self.log.times, self.hand_over.time + 1e-9))
+        return self.log.part(slice(n))
+
+
+class ContactFreePhase:
+    """Simulates the contact-free phase of any number of casts under `controller`.
+
+    Attributes
+    ----------
+    station
+        In which it runs: without geometry.
+    step
+        Of the integrator [s].
+    """
+
+    def __init__(self, scenario: Scenario, controller: LeafSystem) -> None:
+        self.station = CastStation(scenario, has_scene=False, controller=controller)
+        self.step = flight_step(self.station)
+        self._scenario = scenario
+        self._simulator = Simulator(self.station.diagram)
+        ResetIntegratorFromFlags(self._simulator, "runge_kutta2", self.step)
+
+    def run(
+        self, cast: Cast, cup: Position | None = None, noise_seed: int = 0, start: Start | None = None
+    ) -> ContactFree:
+        """Simulate `cast` until the ball has crossed the rim plane and, with a cup, is near something that it can touch.
+
+        There the phase with contact takes over. This one goes on all the same, until the ball is below the rim plane or the
+        string taut: the model learns where and how the ball comes down, and what the rim makes of it must not count.
+        """
+        motion = self._begin(cast, cup, noise_seed, start)
+        period, end = self._scenario.controller.period, motion.stage_ends[Stage.HOLD]
+        n, n_poll, above_until, is_low = 0, POLL_PERIODS, 0.0, False
+        hand_over: StationState | None = None
+        has_diverged = False
+        try:
+            while n * period < end:
+                n += n_poll
+                # A product, as Drake counts its samples: a sum could fall short of the last one.
+                advance(self._simulator, n * period)
+                p_WL, speed = poll_ball(self.station, self._simulator)
+                is_low = is_low or bool(p_WL[2] <= self._scenario.cup.rim_height)
+                if not is_low:
+                    above_until = n * period
+                is_far = cup is None
+                if cup is not None and hand_over is None:
+                    gap, per_period = (
+                        gap_to_contact(p_WL, cup, self._scenario),
+                        speed * period + TRAVEL_MARGIN,
+                    )
+                    is_far = gap > 2 * POLL_PERIODS * per_period
+                    if gap < CONTACT_POLL_PERIODS * per_period:
+                        hand_over = self._state()
+                n_poll = POLL_PERIODS if is_far and not is_low else CONTACT_POLL_PERIODS
+                if is_low and (cup is None or hand_over is not None) and self._is_down(p_WL):
+                    break
+        except DivergedError:
+            has_diverged = True
+        return ContactFree(
+            motion=motion,
+            cup=cup,
+            noise_seed=noise_seed,
+            log=self.station.logged(self._simulator.get_context()),
+            above_until=above_until,
+            hand_over=hand_over or self._state(),
+            comes_near=hand_over is not None,
+            has_diverged=has_diverged,
+        )
+
+    def _begin(self, cast: Cast, cup: Position | None, noise_seed: int, start: Start | None) -> CastMotion:
+        context = self._simulator.get_mutable_context()
+        start_bearing = 0.0 if start is None else start.bearing
+        motion = self.station.executed_motion(cast, cup, noise_seed=noise_seed, start_bearing=start_bearing)
+        self.station.begin(context, motion, cup, noise_seed=noise_seed)
+        if start is not None:
+            self.station.set_state(context, start.state)
+        self._simulator.Initialize()
+        return motion
+
+    def _state(self) -> StationState:
+        return self.station.state(self._simulator.get_context())
+
+    def _is_down(self, p_WL: Array) -> bool:
+        """Return whether a ball that has come down to the rim plane is all below it, or hangs in a taut string."""
+        plant, cup = self.station.plant, self._scenario.cup
+        context = plant.GetMyContextFromRoot(self._simulator.get_context())
+        p_EL_W = p_WL - plant.GetBodyByName("tool_plate").EvalPoseInWorld(context).translation()
+        is_taut = np.linalg.norm(p_EL_W) >= (1 - SLACK_MARGIN) * self._scenario.string.length
+        return bool(is_taut or p_WL[2] <= cup.rim_height - self._scenario.ball.radius)

@@ -1,0 +1,112 @@
+"""A directory for one piece of work: the same work goes on there, other work is refused, and two do not work there at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, ClassVar, Self
+
+from filelock import FileLock, Timeout
+
+from wam_cast.errors import InputError
+from wam_cast.storage.atomic import replacing
+
+ELSEWHERE = "choose another directory (--out)"
+
+
+class WorkDirectory:
+    """What directories of datasets and of runs have in common; `path` need not exist yet.
+
+    As a context manager it keeps other processes out, and raises `InputError` if one is at work there.
+
+    Attributes
+    ----------
+    kind
+        What is kept there, for messages.
+    identity_name
+        Of the file that says which work it is.
+    """
+
+    kind: ClassVar[str]
+    identity_name: ClassVar[str]
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        # The system lets go of the lock when the process ends, however it does.
+        self._lock = FileLock(self.path / ".lock", timeout=0)
+
+    def __enter__(self) -> Self:
+        try:
+            self._lock.acquire()
+        except Timeout:
+            raise InputError(
+                f"{self.path}: another run is at work there; wait for its end, or {ELSEWHERE}"
+            ) from None
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._lock.release()
+
+    def _is_begun(self) -> bool:
+        """Whether work has begun here. Raises `InputError` if something else is here."""
+        with self._errors_of_writing():
+            there = self.path.iterdir() if self.path.exists() else ()
+            entries = sorted(path.name for path in there if not path.name.startswith("."))
+        if entries and self.identity_name not in entries:
+            raise InputError(
+                f"{self.path} holds {entries[0]} and no {self.kind}; choose an empty or a new directory (--out)"
+            )
+        return bool(entries)
+
+    def _check_same(self, old: Mapping[str, Any], new: Mapping[str, Any]) -> None:
+        """Raise `InputError` unless what is here, `old`, is what is wanted, `new`."""
+        difference = _first_difference(old, new)
+        if difference is not None:
+            key, was, wanted = difference
+            raise InputError(
+                f"{self.path} holds a {self.kind} with another {key} ({was!r}, not {wanted!r}); {ELSEWHERE}"
+            )
+
+    def _make_folders(self, *folders: Path) -> None:
+        """Make what is not there. Raises `InputError` if the system refuses."""
+        with self._errors_of_writing():
+            for folder in folders:
+                folder.mkdir(parents=True, exist_ok=True)
+
+    def _write(self, path: Path, text: str) -> None:
+        """Write a file. Raises `InputError` if the system refuses."""
+        with self._writing(path) as temporary:
+            temporary.write_bytes(text.encode())
+
+    @contextmanager
+    def _writing(self, path: Path) -> Iterator[Path]:
+        """Do as `replacing` does. Raises `InputError` if the system refuses."""
+        with self._errors_of_writing(), replacing(path) as temporary:
+            yield temporary
+
+    @contextmanager
+    def _errors_of_writing(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            raise InputError(
+                f"{self.kind} {self.path}: cannot be written ({error.strerror or error}); "
+                f"choose a directory (--out) that can, on a disk with room"
+            ) from None
+
+
+def _first_difference(old: Mapping[str, Any], new: Mapping[str, Any]) -> tuple[str, Any, Any] | None:
+    """Return the name of the first value that differs, such as `scenario.ball.mass`, and the two values; or none.
+
+    By hand: the paths that a package (`deepdiff`) gives would have to be reworded, which takes as many lines.
+    """
+    for key in [*new, *(key for key in old if key not in new)]:
+        was, wanted = old.get(key), new.get(key)
+        if isinstance(was, dict) and isinstance(wanted, dict):
+            inner = _first_difference(was, wanted)
+            if inner is not None:
+                return f"{key}.{inner[0]}", *inner[1:]
+        elif was != wanted:
+            return key, was, wanted
+    return None

@@ -1,0 +1,42 @@
+"""Reading YAML: one line for each thing that can be wrong with a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from wam_cast.errors import InputError
+
+
+def read_yaml(path: str | Path) -> Any:
+    """Return the values in a file, as `yaml.safe_load` does.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, is no YAML, or has a key twice, where YAML's readers keep the last. The line does not name
+        the file: the caller knows what it is for.
+    """
+    try:
+        return yaml.load(Path(path).read_text(encoding="utf-8"), _UniqueKeyLoader)
+    except OSError as error:
+        raise InputError(f"{error.strerror}; name a readable YAML file") from None
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        what, *_ = str(error).splitlines()
+        if isinstance(error, yaml.MarkedYAMLError) and error.problem_mark is not None:
+            mark = error.problem_mark
+            what = f"line {mark.line + 1}, column {mark.column + 1}: {error.problem}"
+        raise InputError(f"not a YAML file ({what})") from None
+
+
+class _UniqueKeyLoader(yaml.SafeLoader):
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        keys = [key.value for key, _ in node.value]
+        for key in keys:
+            if keys.count(key) > 1:
+                raise yaml.YAMLError(
+                    f"the key {key!r} stands twice, the first time in line {node.start_mark.line + 1} or below"
+                )
+        return super().construct_mapping(node, deep)

@@ -1,21 +1,14 @@
 """Forward models with a closed form, to plan with."""
 
 from collections import Counter
-from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 from wam_cast.cast import cast_bounds
 from wam_cast.learning.sampling import sample_casts
+from wam_cast.planning.prediction import Expansion
 from wam_cast.scenario import Scenario
-
-
-class Expansion(NamedTuple):
-    outputs: np.ndarray
-    gradient: np.ndarray
-    std: float
-    std_gradient: np.ndarray
 
 
 class ClosedForm:

@@ -32,7 +32,7 @@ from wam_cast.planning.prediction import OUTPUTS
 from wam_cast.planning.reach import Reach
 from wam_cast.scenario import Noise, Scenario
 from wam_cast.types import Array
-from wam_cast.visualization.figures.calibration import draw_calibration
+from wam_cast.visualization.figures.model_figures import draw_calibration
 from wam_cast.visualization.style import figure_style
 
 SHARES = np.linspace(0.05, 0.95, 19)
@@ -80,7 +80,7 @@ def _print_calibration(
         sigma=model.info.sigma,
         regularization=model.info.regularization,
         input_bounds=cast_bounds(model.scenario),
-    ).fit(model.known_casts, model.known_outputs[:, 0])
+    ).fit(model.training_casts, model.training_outputs[:, 0])
     deviations = {"posterior alone": posterior.predict_std(casts), "corrected": model.uncertainty.std(casts)}
     curves = {name: coverage(residuals, std, SHARES) for name, std in deviations.items()}
     table = Table(
@@ -128,8 +128,8 @@ def _print_clear_entries(
     throwers = [Thrower(method, method, bound, cups) for method in METHODS]
     trials = plan_and_execute(scenario, throwers, seed=seed, executor=workers)
     for method, group in trials.groupby("label", sort=False):
-        low, high = wilson_interval(int(group["entered_clear"].sum()), n_cups)
-        predicted, executed = group["clear_entry_probability"].mean(), group["entered_clear"].mean()
+        low, high = wilson_interval(int(group["entered_rim_clear"].sum()), n_cups)
+        predicted, executed = group["rim_clear_probability"].mean(), group["entered_rim_clear"].mean()
         table.add_row(str(method), f"{predicted:.1%}", f"{executed:.1%}", f"{low:.0%} to {high:.0%}")
     console.print(table)
 

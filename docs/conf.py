@@ -34,11 +34,14 @@ OTHERS = (
     "pydrake|sklearn"
 )
 ABBREVIATIONS = (
-    r"Any|Array|Picture|ArrayLike|Axes|Axis|Figure|NDArray|Path|np\.bool_|(float|u?int|complex)\d+|.*\.[RT]"
+    r"AbstractValue|Any|Array|Picture|ArrayLike|Axes|Axis|Figure|NDArray|Path|np\.bool_|object_|"
+    r"(float|u?int|complex)\d+|.*\.[RT]"
 )
+PRIVATE = r"lambda|.*\._\w+"  # in the types of what pydantic checks by a function
 nitpick_ignore_regex = [
     ("py:.*", rf"({OTHERS})(\..*)?"),
     ("py:.*", ABBREVIATIONS),
+    ("py:class", PRIVATE),
     ("py:obj", ".*"),  # see `default_role`
 ]
 
@@ -63,6 +66,7 @@ copybutton_prompt_text = "$ "
 # What pydantic and scikit-learn add to each of their classes is left out.
 ADDED = "model_config, set_fit_request, set_predict_request, set_score_request, set_partial_fit_request"
 autodoc_default_options = {"members": True, "member-order": "bysource", "exclude-members": ADDED}
+autodoc_preserve_defaults = True  # as the source has them
 autodoc_typehints_format = "short"
 python_use_unqualified_type_names = True
 python_maximum_signature_line_length = 90

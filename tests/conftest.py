@@ -87,7 +87,7 @@ def floor_without_physics(monkeypatch):
     """
     # Most tests need none of what these import.
     from wam_cast.experiments import floor_map, trials
-    from wam_cast.planning.landing_distribution import Spread
+    from wam_cast.planning.landing_distribution import LandingStd
     from wam_cast.planning.plan import Plan
     from wam_cast.simulation.outcome import Status
 
@@ -100,13 +100,13 @@ def floor_without_physics(monkeypatch):
             cast=Cast(0.3, 0.5, 0.1, bearing=0.02),
             predicted_landing=np.array([cup[0] - 0.001, 0.0]),
             predicted_miss=0.001,
-            predicted_spread=Spread(0.004, 0.003),
+            predicted_std=LandingStd(0.004, 0.003),
             predicted_entry_angle=0.1,
             predicted_entry_speed=2.0,
             predicted_slack=0.02,
-            predicted_peak_load=0.5,
-            predicted_peak_speed=0.5,
-            clear_entry_probability=1.0 - 0.5 * cup[0],
+            predicted_peak_torque_utilization=0.5,
+            predicted_peak_velocity_utilization=0.5,
+            rim_clear_probability=1.0 - 0.5 * cup[0],
             is_feasible=cup[0] < 0.9,
             method=method,
             n_evaluations=1,
@@ -134,8 +134,8 @@ def floor_without_physics(monkeypatch):
             entry_angle=0.1,
             is_slack=True,
             slack=0.02,
-            peak_load=np.full(7, 0.5),
-            peak_speed=np.full(7, 0.5),
+            peak_torque_utilization=np.full(7, 0.5),
+            peak_velocity_utilization=np.full(7, 0.5),
             limits_hit=(),
         )
 

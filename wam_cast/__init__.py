@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from wam_cast.planning.plan import Plan as Plan
     from wam_cast.planning.plan import plan_cast as plan_cast
     from wam_cast.planning.solution import Solution as Solution
+    from wam_cast.robot.controller import ArmController as ArmController
     from wam_cast.robot.controller import CastController as CastController
     from wam_cast.robot.station import CastStation as CastStation
     from wam_cast.scenario import Noise as Noise
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from wam_cast.simulation.simulator import simulate_casts as simulate_casts
 
 _HOME = {
+    "ArmController": "robot.controller",
     "Cast": "cast",
     "CastController": "robot.controller",
     "CastDataset": "learning.dataset",

@@ -15,7 +15,7 @@ class InputError(ValueError):
     """
 
 
-def checked_whole_number(name: str, value: int, least: int) -> int:
+def checked_integer(name: str, value: int, least: int) -> int:
     """Return `value` as an int; raises `InputError` if it is no integer from `least` on."""
     try:
         number = operator.index(value)

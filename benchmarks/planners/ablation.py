@@ -70,7 +70,7 @@ def summarize(trials: pd.DataFrame) -> Record:
     `least_slack` of the string from the landing on, the 5th percentile [m]; `largest_utilization` of a motor's torque or a joint's
     velocity limit, the 95th percentile. The last two are nan if there are none.
     """
-    n_clear = int(trials["entered_clear"].sum())
+    n_clear = int(trials["entered_rim_clear"].sum())
     return hits(trials) | {
         "executed_miss": describe(trials["miss"].to_numpy()),
         "n_clear": n_clear,
@@ -78,5 +78,7 @@ def summarize(trials: pd.DataFrame) -> Record:
         "n_limit_hits": int((trials["limits_hit"].str.len() > 0).sum()),
         "n_taut": int((trials["slack"].notna() & ~trials["is_slack"]).sum()),
         "least_slack": trials["slack"].quantile(0.05),
-        "largest_utilization": trials[["peak_load", "peak_speed"]].max(axis=1).quantile(0.95),
+        "largest_utilization": trials[["peak_torque_utilization", "peak_velocity_utilization"]]
+        .max(axis=1)
+        .quantile(0.95),
     }

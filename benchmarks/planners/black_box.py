@@ -14,7 +14,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from wam_cast.cast import cast_bounds, nearest_allowed
-from wam_cast.errors import InputError, checked_whole_number
+from wam_cast.errors import InputError, checked_integer
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array
 
@@ -92,9 +92,9 @@ def search_cast(
     searches = {"grid": _search_grid, "cma-es": _search_cma_es, "bayesian": _search_bayesian}
     if method not in searches:
         raise InputError(f"search {method!r} is not known: choose {', '.join(SEARCHES)}")
-    budget = checked_whole_number("budget", budget, 1)
+    budget = checked_integer("budget", budget, 1)
     evaluations = _Evaluations(scenario, objective, budget)
-    searches[method](evaluations, checked_whole_number("seed", seed, 0))
+    searches[method](evaluations, checked_integer("seed", seed, 0))
     return evaluations.found()
 
 

@@ -13,7 +13,7 @@ import pandas as pd
 
 from planners.contenders import PLANNERS, Choice, Contender, searchers
 from wam_cast.cast import PARAMETERS
-from wam_cast.errors import InputError, checked_whole_number
+from wam_cast.errors import InputError, checked_integer
 from wam_cast.experiments.frames import Record
 from wam_cast.experiments.trials import LOST, Polar, Trial, draw_cups, trial_row
 from wam_cast.parallel.seeds import Purpose, derived_seed
@@ -102,11 +102,11 @@ def compare_planners(
     InputError
         If a number is no integer or too small, a package of a search is missing, or no cup is left to take the budget from.
     """
-    n_cups = checked_whole_number("n_cups", n_cups, 1)
+    n_cups = checked_integer("n_cups", n_cups, 1)
     if budget is not None:
-        budget = checked_whole_number("budget", budget, 1)
-    n_casts = checked_whole_number("n_casts", n_casts, 1)
-    seed = checked_whole_number("seed", seed, 0)
+        budget = checked_integer("budget", budget, 1)
+    n_casts = checked_integer("n_casts", n_casts, 1)
+    seed = checked_integer("seed", seed, 0)
     cups = draw_cups(Reach.of(model), n_cups, seed)
     run = partial(_run, model, cups, seed, executor=executor, report=report)
     rows = run(PLANNERS, n_done=0)

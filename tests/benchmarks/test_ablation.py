@@ -56,8 +56,8 @@ def outcome(trial, i):
         limits_hit=("joint 4 speed",) if without else (),
         is_slack=without == 0,
         slack=0.02 - 0.003 * without,
-        peak_load=np.full(7, 0.3),
-        peak_speed=np.full(7, 0.5 + 0.1 * without),
+        peak_torque_utilization=np.full(7, 0.3),
+        peak_velocity_utilization=np.full(7, 0.5 + 0.1 * without),
     )
 
 

@@ -45,7 +45,7 @@ def along(casts):
     return 0.2 + distance + 0.4 * speed + 0.1 * wait
 
 
-class Expansion(NamedTuple):
+class Linearization(NamedTuple):
     outputs: np.ndarray
     gradient: np.ndarray
     std: float
@@ -61,8 +61,8 @@ class Model:
     def __init__(self):
         self.scenario = wc.Scenario()
         self.reach = (0.4, 0.8)
-        self.known_casts = sample_casts(self.scenario, 40, seed=1)
-        self.known_outputs = self.predict(self.known_casts)
+        self.training_casts = sample_casts(self.scenario, 40, seed=1)
+        self.training_outputs = self.predict(self.training_casts)
         self.lower, self.upper = cast_bounds(self.scenario)
 
     def predict(self, casts):
@@ -70,13 +70,13 @@ class Model:
         others = np.tile([0.001, 0.1, 2.0, 0.05, 0.5, 0.5], (len(casts), 1))
         return np.column_stack([along(casts) + MODEL_ERROR, others])
 
-    def expand(self, cast):
+    def linearize(self, cast):
         gradient = np.zeros((7, 3))
         gradient[0] = 1.0, 0.4, 0.1
         off = (cast - (self.lower + self.upper) / 2) / (self.upper - self.lower)
         std = 1e-3 * math.exp(5 * off @ off)
         std_gradient = 10 * std * off / (self.upper - self.lower)
-        return Expansion(self.predict(cast[np.newaxis])[0], gradient, std, std_gradient)
+        return Linearization(self.predict(cast[np.newaxis])[0], gradient, std, std_gradient)
 
     def landing_with_gradient(self, casts):
         return along(casts) + MODEL_ERROR, np.tile([1.0, 0.4, 0.1], (len(casts), 1))
@@ -94,7 +94,7 @@ class FakeOutcome:
         self.status = Status.CAUGHT if self.is_caught else Status.LONG
         self.landing_along, self.landing_across = landing, 0.0
         self.entry_angle, self.is_slack, self.slack, self.limits_hit = 0.1, True, 0.05, ()
-        self.peak_load = self.peak_speed = np.full(7, 0.5)
+        self.peak_torque_utilization = self.peak_velocity_utilization = np.full(7, 0.5)
 
 
 class LastFirst(Executor):

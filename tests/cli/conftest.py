@@ -88,7 +88,13 @@ def no_physics(monkeypatch, inline_executor):
         values = dict.fromkeys(dataset.SCHEMA.names, 0.0)
         landing = {"landing_along": 0.2 + cast.distance + 0.4 * cast.speed, "landing_across": 0.0}
         parameters = {"distance": cast.distance, "speed": cast.speed, "wait": cast.wait}
-        good = {"status": "landed", "is_slack": True, "slack": 0.05, "peak_load": 0.5, "peak_speed": 0.5}
+        good = {
+            "status": "landed",
+            "is_slack": True,
+            "slack": 0.05,
+            "peak_torque_utilization": 0.5,
+            "peak_velocity_utilization": 0.5,
+        }
         return values | parameters | landing | good | {"cast": number}
 
     def generate(*args, executor=None, n_workers=None, **options):

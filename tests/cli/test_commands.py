@@ -224,7 +224,7 @@ def test_replay_of_several_cups_shows_them_all(cli, folder):
     result = cli("throw", "--cup", "0.7", "--cup", "0.45,0.05", "--replay", "a.html", "--json")
     assert (result.code, result.err) == (0, "replay: a.html\n")
     page = (folder / "a.html").read_text(encoding="utf-8")
-    assert "2 of 2 cups in one go" in page
+    assert "2 of 2 cups without a reset" in page
     for place in ("1  Cup at (0.700, 0.000) m", "2  Cup at (0.450, 0.050) m"):
         assert place in page
 

@@ -40,7 +40,13 @@ def fake_row(scenario, seed, row):
     values = dict.fromkeys(dataset.SCHEMA.names, 0.0)
     parameters = {"distance": cast.distance, "speed": cast.speed, "wait": cast.wait}
     along = {"landing_along": landing(scenario, cast, 10_000 + row)}
-    good = {"status": "landed", "is_slack": True, "slack": SLACK, "peak_load": 0.5, "peak_speed": 0.5}
+    good = {
+        "status": "landed",
+        "is_slack": True,
+        "slack": SLACK,
+        "peak_torque_utilization": 0.5,
+        "peak_velocity_utilization": 0.5,
+    }
     return values | parameters | along | good | {"cast": row}
 
 
@@ -61,8 +67,8 @@ def fake_outcome(scenario, cast: Cast, cup=None, *, noise_seed=0):
         is_slack=True,
         slack=SLACK,
         miss=miss,
-        peak_load=nothing,
-        peak_speed=nothing,
+        peak_torque_utilization=nothing,
+        peak_velocity_utilization=nothing,
         peak_tracking_error=0.0,
         limits_hit=(),
         end_time=2.0,

@@ -121,8 +121,8 @@ def test_offsets_are_outward_and_to_the_left_at_every_bearing(floor_without_phys
 def test_predictions_are_the_plans(floor_without_physics, model):
     for ring in map_floor(model, SIZE).rings.itertuples():
         assert ring.predicted_along == pytest.approx(-0.001)
-        assert (ring.predicted_miss, ring.predicted_spread) == (0.001, (0.004, 0.003))
-        assert ring.clear_entry_probability == 1.0 - 0.5 * ring.radius
+        assert (ring.predicted_miss, ring.predicted_std) == (0.001, (0.004, 0.003))
+        assert ring.rim_clear_probability == 1.0 - 0.5 * ring.radius
         assert (ring.distance, ring.speed, ring.wait) == (0.3, 0.5, 0.1)
         assert ring.is_feasible is (ring.radius < 0.9)
 

@@ -27,7 +27,7 @@ from wam_cast.experiments.trials import (
 )
 from wam_cast.parallel.seeds import Purpose, derived_seed
 from wam_cast.parallel.workers import Workers
-from wam_cast.planning.landing_distribution import clear_half_width, clear_offset
+from wam_cast.planning.landing_distribution import clearance, clearance_across
 from wam_cast.planning.reach import Reach
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.outcome import Status
@@ -47,8 +47,8 @@ def fake(landing, status=Status.CAUGHT, entry_angle=0.2):
         miss=math.nan,
         is_slack=True,
         slack=0.02,
-        peak_load=np.linspace(0.1, 0.7, 7),
-        peak_speed=np.linspace(0.6, 0.0, 7),
+        peak_torque_utilization=np.linspace(0.1, 0.7, 7),
+        peak_velocity_utilization=np.linspace(0.6, 0.0, 7),
         limits_hit=(),
     )
 
@@ -91,7 +91,7 @@ def test_every_trial_counts(monkeypatch):
 
 def test_a_row_has_the_largest_utilization_of_any_joint():
     row = trial_row(Scenario(), trial(), fake((0.7, 0.0)))
-    assert (row["peak_load"], row["peak_speed"]) == (0.7, 0.6)
+    assert (row["peak_torque_utilization"], row["peak_velocity_utilization"]) == (0.7, 0.6)
 
 
 def test_a_lost_trial_keeps_what_was_to_be_done():
@@ -123,18 +123,18 @@ def test_a_ball_is_clear_up_to_the_clear_width(bearing, share):
     c, s = math.cos(bearing), math.sin(bearing)
     R = np.array([[c, -s], [s, c]])
     there = trial((0.7, bearing), bearing)
-    along = share * clear_offset(Scenario(), 0.5)
-    (width,) = clear_half_width(Scenario(), 0.5, np.array([along]))
+    along = share * clearance(Scenario(), 0.5)
+    (width,) = clearance_across(Scenario(), 0.5, np.array([along]))
     for across, is_clear in ((0.98 * width, True), (-0.98 * width, True), (1.02 * width, False)):
         landing = R @ [0.7 + along, across]
         row = trial_row(Scenario(), there, fake(landing, entry_angle=0.5))
-        assert row["entered_clear"] is is_clear
+        assert row["entered_rim_clear"] is is_clear
 
 
 def test_no_ball_is_clear_that_never_came_or_is_too_wide():
     nowhere, too_wide = fake((math.nan, math.nan), entry_angle=math.nan), fake((0.7, 0.0), entry_angle=1.0)
     for outcome in (None, nowhere, too_wide):
-        assert not trial_row(Scenario(), trial(), outcome)["entered_clear"]
+        assert not trial_row(Scenario(), trial(), outcome)["entered_rim_clear"]
 
 
 class InOrder:
@@ -166,8 +166,8 @@ def test_a_row_is_its_plan_and_its_outcome():
     assert (row["label"], row["planner"], row["is_feasible"]) == ("a", "gradient", True)
     assert row["predicted_miss"] == plan.predicted_miss
     assert abs(row["predicted_offset"]) == pytest.approx(plan.predicted_miss, abs=1e-6)
-    assert (row["std_along"], row["std_across"]) == plan.predicted_spread
-    assert row["clear_entry_probability"] == plan.clear_entry_probability
+    assert (row["std_along"], row["std_across"]) == plan.predicted_std
+    assert row["rim_clear_probability"] == plan.rim_clear_probability
     assert row["miss"] == outcome.miss
     assert abs(row["along"]) == pytest.approx(outcome.miss, abs=1e-5)
     assert (row["landing_along"], row["slack"]) == (outcome.landing_along, outcome.slack)

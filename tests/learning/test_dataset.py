@@ -209,7 +209,7 @@ def test_the_directory_reads_as_it_stands_and_says_what_it_is(no_physics, tmp_pa
     (versions,) = manifest.pop("versions")
     assert set(versions) == {"wam_cast", "python", "drake", "numpy"}
     assert manifest == {
-        "format": 1,
+        "format": 2,
         "fingerprint": SCENARIO.fingerprint,
         "seed": 0,
         "n_casts": 120,
@@ -452,8 +452,8 @@ def test_a_row_is_the_outcome_of_its_cast(real):
     assert row["landing_across"] == outcome.landing_across == outcome.landing[1]
     for name in ("crossing_time", "entry_speed", "entry_angle", "is_slack", "peak_tracking_error"):
         assert row[name] == getattr(outcome, name)
-    assert row["peak_load"] == max(outcome.peak_load)
-    assert row["peak_speed"] == max(outcome.peak_speed)
+    assert row["peak_torque_utilization"] == max(outcome.peak_torque_utilization)
+    assert row["peak_velocity_utilization"] == max(outcome.peak_velocity_utilization)
 
 
 def test_noise_leaves_the_drawn_casts_alone_and_does_not_depend_on_who_draws_it(real, tmp_path):

@@ -87,16 +87,16 @@ def test_info_says_how_the_model_was_made(model, data):
         casts = data.frame.loc[rows, list(PARAMETERS)].to_numpy()
         residual = (model.predict(casts) - closed_form(casts))[:, 0]
         assert rmse == pytest.approx(math.sqrt(np.mean(residual**2)), rel=1e-4)
-    along = model.known_outputs[:, 0]
+    along = model.training_outputs[:, 0]
     estimator = KernelRidge(
         sigma=info.sigma, regularization=info.regularization, input_bounds=cast_bounds(SCENARIO)
     )
     with one_thread():  # the fit is nearly singular, so that rounding shows
-        residual = estimator.fit(model.known_casts, along).leave_one_out_residuals()
+        residual = estimator.fit(model.training_casts, along).leave_one_out_residuals()
     assert info.leave_one_out_rmse == pytest.approx(math.sqrt(np.mean(residual**2)), rel=1e-6)
     assert 0 < info.leave_one_out_rmse < 1e-3
     assert model.scenario is data.scenario
-    np.testing.assert_array_equal(model.known_casts, data.frame.loc[data.split()[0], list(PARAMETERS)])
+    np.testing.assert_array_equal(model.training_casts, data.frame.loc[data.split()[0], list(PARAMETERS)])
 
 
 def test_test_casts_do_not_influence_the_model(data, model):
@@ -169,7 +169,7 @@ def test_casts_that_never_came_down_are_left_out(data):
     assert (model.info.n_train, model.info.n_validation, model.info.n_test) == (257, 59, 19)
     assert np.isfinite(predictions(model)).all()
     kept = data.frame.drop(lost)[list(PARAMETERS)].to_numpy()[:257]
-    np.testing.assert_array_equal(model.known_casts, kept)
+    np.testing.assert_array_equal(model.training_casts, kept)
 
 
 def test_reach_covers_all_clean_training_casts_but_the_last_at_either_end(data, model):
@@ -222,7 +222,7 @@ def test_fitting_again_gives_the_same_model(data, model):
 def test_gradient_agrees_with_finite_differences_in_si_units(model):
     lower, upper = cast_bounds(SCENARIO)
     casts = np.random.default_rng(3).uniform(lower, upper, size=(10, 3))
-    gradient = np.stack([model.expand(cast).gradient for cast in casts])
+    gradient = np.stack([model.linearize(cast).gradient for cast in casts])
     assert gradient.shape == (10, 7, 3)
     h = 1e-4
     for parameter, step in enumerate(h * np.eye(3)):
@@ -235,9 +235,9 @@ def test_gradient_agrees_with_finite_differences_in_si_units(model):
 def test_an_expansion_is_all_that_is_known_about_a_cast(model):
     casts = sample_casts(SCENARIO, 10, seed=3)
     for cast, prediction in zip(casts, model.predict(casts), strict=True):
-        found = model.expand(cast)
+        found = model.linearize(cast)
         np.testing.assert_allclose(found.outputs, prediction, rtol=1e-8, atol=1e-8)
-        std, std_gradient = model.uncertainty.expand(cast)
+        std, std_gradient = model.uncertainty.linearize(cast)
         assert found.std == std > 0
         np.testing.assert_array_equal(found.std_gradient, std_gradient)
 
@@ -246,7 +246,7 @@ def test_the_landing_alone_is_the_first_output(model):
     casts = sample_casts(SCENARIO, 10, seed=3)
     landing, landing_gradient = model.landing_with_gradient(casts)
     for i, cast in enumerate(casts):
-        found = model.expand(cast)
+        found = model.linearize(cast)
         np.testing.assert_allclose(landing[i], found.outputs[0], rtol=1e-8)
         np.testing.assert_allclose(landing_gradient[i], found.gradient[0], rtol=1e-6, atol=1e-6)
 
@@ -311,11 +311,11 @@ def tampered(file, **header):
 def test_round_trip_predicts_the_same(model, file):
     again = ForwardModel.load(file)
     np.testing.assert_array_equal(predictions(again), predictions(model))
-    np.testing.assert_array_equal(again.known_casts, model.known_casts)
-    np.testing.assert_array_equal(again.known_outputs, model.known_outputs)
+    np.testing.assert_array_equal(again.training_casts, model.training_casts)
+    np.testing.assert_array_equal(again.training_outputs, model.training_outputs)
     casts = sample_casts(SCENARIO, 30, seed=99)
     np.testing.assert_array_equal(again.uncertainty.std(casts), model.uncertainty.std(casts))
-    for found, expected in zip(again.expand(casts[0]), model.expand(casts[0]), strict=True):
+    for found, expected in zip(again.linearize(casts[0]), model.linearize(casts[0]), strict=True):
         np.testing.assert_array_equal(found, expected)
     assert again.info == model.info
     assert again.reach == model.reach
@@ -348,7 +348,7 @@ def test_what_cannot_be_read_is_refused(file, name):
 
 def write_other_npz(path):
     with path.open("wb") as stream:
-        np.savez(stream, known_casts=np.ones((3, 3)))
+        np.savez(stream, training_casts=np.ones((3, 3)))
 
 
 def write_array(path):

@@ -93,7 +93,7 @@ def test_centering_is_a_fit_to_targets_without_their_mean(X, X_query):
 def test_gradient_equals_central_differences(X, X_query, sigma, center_targets, n_outputs):
     model = KernelRidge(sigma=sigma, regularization=1e-4, center_targets=center_targets)
     model.fit(X, smooth_targets(X, n_outputs))
-    _, gradient = model.expand(X_query)
+    _, gradient = model.linearize(X_query)
 
     differences = np.empty_like(gradient)
     for j, step in enumerate(1e-5 * (UPPER - LOWER)):
@@ -115,7 +115,7 @@ def test_expansion_is_the_prediction_with_its_gradient(X, X_query, sigma, center
     Z, Z_query = (A / model.length_scale_ for A in (X, X_query))
     K, offsets = np.exp(-cdist(Z_query, Z, "sqeuclidean")), Z_query[:, np.newaxis] - Z
     gradient = -2 * np.einsum("qn,n...,qni->q...i", K, model.dual_coef_, offsets) / model.length_scale_
-    for found, expected in zip(model.expand(X_query), (model.predict(X_query), gradient), strict=True):
+    for found, expected in zip(model.linearize(X_query), (model.predict(X_query), gradient), strict=True):
         assert found.shape == expected.shape
         scale = np.abs(expected).reshape(len(X_query), -1).max()
         np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-11 * scale)
@@ -124,7 +124,7 @@ def test_expansion_is_the_prediction_with_its_gradient(X, X_query, sigma, center
 @pytest.mark.parametrize("n_outputs", [None, 1, 2])
 def test_prediction_beside_the_gradient_is_that_of_predict(X, X_query, n_outputs):
     model = KernelRidge(regularization=1e-3).fit(X, smooth_targets(X, n_outputs))
-    prediction, _ = model.expand(X_query)
+    prediction, _ = model.linearize(X_query)
     np.testing.assert_allclose(prediction, model.predict(X_query), rtol=1e-12)
     assert prediction.shape == model.predict(X_query).shape
 
@@ -225,7 +225,7 @@ def test_strong_regularization_predicts_the_mean_or_zero(X, X_query, center_targ
 def test_far_from_the_training_inputs_predicts_the_mean_with_no_gradient(X):
     y = smooth_targets(X)
     model = KernelRidge().fit(X, y)
-    prediction, gradient = model.expand(UPPER[np.newaxis] + 100 * (UPPER - LOWER))
+    prediction, gradient = model.linearize(UPPER[np.newaxis] + 100 * (UPPER - LOWER))
     np.testing.assert_allclose(prediction, y.mean(), rtol=1e-14)
     np.testing.assert_array_equal(gradient, 0.0)
 
@@ -248,9 +248,9 @@ def test_units_of_the_inputs_do_not_matter(X, X_query):
     other = KernelRidge(sigma=ARD, regularization=1e-4).fit(slope * X + shift, y)
     np.testing.assert_allclose(other.predict(slope * X_query + shift), one.predict(X_query), rtol=1e-9)
     # The gradient is in the units of the inputs, so it does change, by the chain rule.
-    scaled_gradient = other.expand(slope * X_query + shift)[1] * slope * (UPPER - LOWER)
+    scaled_gradient = other.linearize(slope * X_query + shift)[1] * slope * (UPPER - LOWER)
     np.testing.assert_allclose(
-        scaled_gradient, one.expand(X_query)[1] * (UPPER - LOWER), rtol=1e-7, atol=1e-8
+        scaled_gradient, one.linearize(X_query)[1] * (UPPER - LOWER), rtol=1e-7, atol=1e-8
     )
 
 
@@ -300,10 +300,10 @@ def test_constant_input_is_ignored(X, X_query, constant):
     with_column = KernelRidge(regularization=1e-3).fit(X_constant, y)
     without = KernelRidge(regularization=1e-3).fit(X, y)
 
-    prediction, gradient = with_column.expand(X_other)
+    prediction, gradient = with_column.linearize(X_other)
     np.testing.assert_allclose(prediction, without.predict(X_query), rtol=1e-10)
     np.testing.assert_array_equal(gradient[:, 3], 0.0)
-    np.testing.assert_allclose(gradient[:, :3], without.expand(X_query)[1], rtol=1e-10)
+    np.testing.assert_allclose(gradient[:, :3], without.linearize(X_query)[1], rtol=1e-10)
 
 
 def test_one_training_row_is_predicted_everywhere():
@@ -317,7 +317,7 @@ def test_one_training_row_is_predicted_everywhere():
 
 def test_same_data_gives_bitwise_the_same_model(X, X_query):
     y = smooth_targets(X, 2)
-    one, other = (KernelRidge(sigma=ARD).fit(X, y).expand(X_query) for _ in range(2))
+    one, other = (KernelRidge(sigma=ARD).fit(X, y).linearize(X_query) for _ in range(2))
     np.testing.assert_array_equal(one[0], other[0])
     np.testing.assert_array_equal(one[1], other[1])
 

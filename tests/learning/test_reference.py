@@ -44,7 +44,7 @@ def test_reference_model_is_of_the_reference_scenario_and_good_enough(reference_
     nearest, farthest = model.reach
     assert farthest - nearest >= 0.70
     np.testing.assert_array_equal(
-        model.known_casts[:5], reference_data.frame.loc[:4, list(PARAMETERS)].to_numpy()
+        model.training_casts[:5], reference_data.frame.loc[:4, list(PARAMETERS)].to_numpy()
     )
 
 

@@ -82,7 +82,7 @@ def test_posterior_is_that_of_a_gaussian_process_of_scikit_learn(regularization)
 
 def test_expansion_is_the_standard_deviation_and_its_derivative(learned):
     for x in inputs(10, seed=9):
-        std, gradient = learned.expand(x)
+        std, gradient = learned.linearize(x)
         assert std == pytest.approx(learned.std(x[np.newaxis])[0], rel=1e-10)
         assert gradient.shape == (3,)
         steps = 1e-5 * np.diag(UPPER - LOWER)
@@ -96,7 +96,7 @@ def test_derivative_of_the_posterior_alone():
     for x in inputs(10, seed=9):
         steps = 1e-4 * np.diag(UPPER - LOWER)
         difference = (uncertainty.std(x + steps) - uncertainty.std(x - steps)) / (2 * np.diag(steps))
-        np.testing.assert_allclose(uncertainty.expand(x)[1], difference, rtol=1e-3, atol=1e-4)
+        np.testing.assert_allclose(uncertainty.linearize(x)[1], difference, rtol=1e-3, atol=1e-4)
 
 
 def test_standard_deviations_are_one_for_each_cast(learned):
@@ -147,7 +147,7 @@ def test_far_from_all_training_casts_it_grows(estimator, learned):
         assert np.all(np.diff(posterior) > -1e-12)
         assert posterior[-1] == pytest.approx(np.sqrt(1 + estimator.regularization_), rel=1e-6)
         assert learned.std(ray)[-1] > inside
-        np.testing.assert_allclose(plain.expand(ray[-1])[1], 0, atol=1e-6)
+        np.testing.assert_allclose(plain.linearize(ray[-1])[1], 0, atol=1e-6)
 
 
 def test_learning_again_gives_the_same(estimator, learned, held_out):

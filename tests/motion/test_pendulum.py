@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from wam_cast.motion.pendulum import hand_above, swing_frequency
-from wam_cast.motion.return_path import pendulum_derivatives
+from wam_cast.motion.pendulum import hand_above, pendulum_derivatives, swing_frequency
 from wam_cast.scenario import Ball, String
 
 G = 9.81

@@ -32,8 +32,10 @@ CHECKS = {
         "outcome.is_caught",
         "abs(recording.times[-1] - sum(times[-1] - times[0] for _, times in pieces)) < 1e-9",
         "tracking_error.max() < 0.01",
-        "np.allclose(utilization['torque'][: np.argmax(cast_part.stages)].max(axis=0)[1:6], outcome.peak_load[1:6])",
-        "np.allclose(utilization['velocity'][: np.argmax(cast_part.stages)].max(axis=0)[[1, 3]], outcome.peak_speed[[1, 3]])",
+        "np.allclose(utilization['torque'][: np.argmax(cast_part.stages)].max(axis=0)[1:6], "
+        "outcome.peak_torque_utilization[1:6])",
+        "np.allclose(utilization['velocity'][: np.argmax(cast_part.stages)].max(axis=0)[[1, 3]], "
+        "outcome.peak_velocity_utilization[[1, 3]])",
         "abs(np.interp(outcome.crossing_time, cast_part.times, slack) - outcome.slack) < 2e-3",
         "abs(slack[cast_part.times < 0.9]).max() < 1e-3",
         "len(frames) == len(moments)",
@@ -55,7 +57,7 @@ CHECKS = {
         "set(trials['status']) == {'caught'}",
         "trials[trials['planner'] == 'program']['executed'].abs().max() < 0.002",
         "trials[trials['planner'] == 'gradient']['executed'].abs().max() < 0.012",
-        "noisy_plans['program'].clear_entry_probability > max(0.8, 1.5 * np.median(probabilities))",
+        "noisy_plans['program'].rim_clear_probability > max(0.8, 1.5 * np.median(probabilities))",
         "sum(map(enters_rim_clear, outcomes['program'])) > sum(map(enters_rim_clear, outcomes['gradient']))",
         "all(outcome.is_caught for outcome in thrown)",
     ],

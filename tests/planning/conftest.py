@@ -7,7 +7,7 @@ import pytest
 
 from wam_cast.cast import cast_bounds
 from wam_cast.learning.sampling import sample_casts
-from wam_cast.planning.prediction import Expansion
+from wam_cast.planning.prediction import Linearization
 from wam_cast.scenario import Scenario
 
 
@@ -18,9 +18,17 @@ class ClosedForm:
     are not named are such that nothing comes of them.
     """
 
-    NAMES = ("along", "across", "angle", "speed", "slack", "peak_load", "peak_speed")
+    NAMES = (
+        "along",
+        "across",
+        "angle",
+        "speed",
+        "slack",
+        "peak_torque_utilization",
+        "peak_velocity_utilization",
+    )
 
-    def __init__(self, *, reach=(0.2, 1.5), known_casts=None, scenario=None, std=None, **outputs):
+    def __init__(self, *, reach=(0.2, 1.5), training_casts=None, scenario=None, std=None, **outputs):
         self.scenario = scenario or Scenario()
         self.reach = reach
         self.calls = Counter()
@@ -29,22 +37,22 @@ class ClosedForm:
         self.std = std or constant(1e-3)
         self.lower, upper = cast_bounds(self.scenario)
         self.span = upper - self.lower
-        self.know(sample_casts(self.scenario, 60, seed=1) if known_casts is None else known_casts)
+        self.know(sample_casts(self.scenario, 60, seed=1) if training_casts is None else training_casts)
 
     def know(self, casts):
-        self.known_casts, self.known_outputs = casts, self._evaluate(casts)[0]
+        self.training_casts, self.training_outputs = casts, self._evaluate(casts)[0]
 
     def predict(self, casts):
         assert casts.ndim == 2
         self.calls["predict"] += 1
         return self._evaluate(casts)[0]
 
-    def expand(self, cast):
-        self.calls["expand"] += 1
+    def linearize(self, cast):
+        self.calls["linearize"] += 1
         outputs, gradient = self._evaluate(cast[np.newaxis])
         scaled = (cast[np.newaxis] - self.lower) / self.span
         std, std_gradient = (function(scaled)[0] for function in self.std)
-        return Expansion(outputs[0], gradient[0], float(std), std_gradient / self.span)
+        return Linearization(outputs[0], gradient[0], float(std), std_gradient / self.span)
 
     def landing_with_gradient(self, casts):
         self.calls["landing_with_gradient"] += len(casts)
@@ -73,7 +81,7 @@ def make_model():
 
     def make(along=(0.4, 0.3, 0.2, 0.1), **outputs):
         options = {
-            name: outputs.pop(name) for name in ("reach", "known_casts", "scenario") if name in outputs
+            name: outputs.pop(name) for name in ("reach", "training_casts", "scenario") if name in outputs
         }
         lines = {name: linear(*np.atleast_1d(line)) for name, line in ({"along": along} | outputs).items()}
         return ClosedForm(**lines, **options)

@@ -8,12 +8,12 @@ from scipy.stats import norm
 
 from wam_cast.cast import cast_bounds
 from wam_cast.planning.landing_distribution import (
-    Spread,
-    clear_entry_probability,
-    clear_half_width,
-    clear_offset,
-    landing_spread,
+    LandingStd,
+    clearance,
+    clearance_across,
+    landing_std,
     repeatability,
+    rim_clear_probability,
     scatter_of_move,
 )
 from wam_cast.scenario import Noise, Scenario
@@ -52,30 +52,30 @@ def largest(is_allowed):
 @pytest.mark.parametrize("angle", [0.0, 0.2, 0.5, 0.8, 1.1])
 def test_a_ball_is_clear_of_the_rim_where_the_swept_ellipse_fits(inner_radius, angle):
     scenario = with_cup(inner_radius)
-    along = clear_offset(scenario, angle)
+    along = clearance(scenario, angle)
     if not fits(scenario, angle, 0, 0):
         assert along == 0
-        assert clear_half_width(scenario, angle, np.zeros(1)) == -np.inf
+        assert clearance_across(scenario, angle, np.zeros(1)) == -np.inf
         return
     assert along == pytest.approx(largest(lambda e: fits(scenario, angle, e, 0)), abs=1e-6)
     for share in (0.0, 0.3, -0.6, 0.9):
-        (width,) = clear_half_width(scenario, angle, np.array([share * along]))
+        (width,) = clearance_across(scenario, angle, np.array([share * along]))
         at = share * along
         assert width == pytest.approx(largest(lambda e: fits(scenario, angle, at, e)), abs=2e-6)  # noqa: B023
-    np.testing.assert_array_equal(clear_half_width(scenario, angle, np.array([1.01, -1.01]) * along), -np.inf)
+    np.testing.assert_array_equal(clearance_across(scenario, angle, np.array([1.01, -1.01]) * along), -np.inf)
 
 
 def test_flat_entries_count_as_78_degrees():
     wide = with_cup(0.15)
-    assert clear_offset(wide, 1.5) == clear_offset(wide, math.acos(0.2)) == clear_offset(wide, 2.0)
-    assert 0 < clear_offset(wide, 1.5) < clear_offset(wide, 1.3)
+    assert clearance(wide, 1.5) == clearance(wide, math.acos(0.2)) == clearance(wide, 2.0)
+    assert 0 < clearance(wide, 1.5) < clearance(wide, 1.3)
 
 
 def test_a_ball_from_above_has_the_same_room_in_all_directions():
     room = REFERENCE.cup.inner_radius - REFERENCE.ball.radius
-    assert clear_offset(REFERENCE, 0.0) == pytest.approx(room)
+    assert clearance(REFERENCE, 0.0) == pytest.approx(room)
     at = np.array([0.0, 0.5, 0.9]) * room
-    np.testing.assert_allclose(clear_half_width(REFERENCE, 0.0, at), np.sqrt(room**2 - at**2), rtol=1e-4)
+    np.testing.assert_allclose(clearance_across(REFERENCE, 0.0, at), np.sqrt(room**2 - at**2), rtol=1e-4)
 
 
 # --- probability
@@ -85,10 +85,10 @@ def test_a_ball_from_above_has_the_same_room_in_all_directions():
 @pytest.mark.parametrize(
     ("offset", "std"),
     [
-        ((0.0, 0.0), Spread(0.005, 0.002)),
-        ((0.004, 0.0), Spread(0.003, 0.003)),
-        ((-0.012, 0.003), Spread(0.004, 0.008)),
-        ((0.02, 0.0), Spread(0.02, 0.001)),
+        ((0.0, 0.0), LandingStd(0.005, 0.002)),
+        ((0.004, 0.0), LandingStd(0.003, 0.003)),
+        ((-0.012, 0.003), LandingStd(0.004, 0.008)),
+        ((0.02, 0.0), LandingStd(0.02, 0.001)),
     ],
 )
 def test_probability_is_the_share_of_random_landings_that_fit(angle, offset, std):
@@ -97,44 +97,46 @@ def test_probability_is_the_share_of_random_landings_that_fit(angle, offset, std
     x = draws[:, :1] + REFERENCE.ball.radius / math.cos(angle) * np.cos(around)
     y = draws[:, 1:] + REFERENCE.ball.radius * np.sin(around)
     share = np.mean(np.hypot(x, y).max(axis=1) <= REFERENCE.cup.inner_radius)
-    found = clear_entry_probability(REFERENCE, angle, offset, std)
+    found = rim_clear_probability(REFERENCE, angle, offset, std)
     assert found == pytest.approx(share, abs=4 * 0.5 / math.sqrt(len(draws)))
 
 
 def test_without_deviation_across_it_is_the_normal_distribution_along():
-    along = clear_offset(REFERENCE, 0.4)
-    found = clear_entry_probability(REFERENCE, 0.4, (0.003, 0.0), Spread(0.006, 0.0))
+    along = clearance(REFERENCE, 0.4)
+    found = rim_clear_probability(REFERENCE, 0.4, (0.003, 0.0), LandingStd(0.006, 0.0))
     expected = norm.cdf(along, 0.003, 0.006) - norm.cdf(-along, 0.003, 0.006)
     assert found == pytest.approx(expected, abs=1e-6)
 
 
-@pytest.mark.parametrize("std", [Spread(0.0, 0.0), Spread(1e-9, 1e-9), Spread(0.0, 1e-4), Spread(1e-4, 0.0)])
+@pytest.mark.parametrize(
+    "std", [LandingStd(0.0, 0.0), LandingStd(1e-9, 1e-9), LandingStd(0.0, 1e-4), LandingStd(1e-4, 0.0)]
+)
 def test_without_deviation_a_ball_enters_rim_clear_or_it_does_not(std):
-    along = clear_offset(REFERENCE, 0.4)
-    (across,) = clear_half_width(REFERENCE, 0.4, np.zeros(1))
+    along = clearance(REFERENCE, 0.4)
+    (across,) = clearance_across(REFERENCE, 0.4, np.zeros(1))
     for offset in ((0.0, 0.0), (0.9 * along, 0.0), (0.0, -0.9 * across), (-0.5 * along, 0.5 * across)):
-        assert clear_entry_probability(REFERENCE, 0.4, offset, std) == pytest.approx(1, abs=1e-6)
+        assert rim_clear_probability(REFERENCE, 0.4, offset, std) == pytest.approx(1, abs=1e-6)
     for offset in ((1.1 * along, 0.0), (-1.1 * along, 0.0), (0.0, 1.1 * across), (0.8 * along, 0.8 * across)):
-        assert clear_entry_probability(REFERENCE, 0.4, offset, std) == pytest.approx(0, abs=1e-6)
+        assert rim_clear_probability(REFERENCE, 0.4, offset, std) == pytest.approx(0, abs=1e-6)
 
 
 def test_the_probability_vanishes_with_a_huge_deviation_or_too_flat_an_entry():
-    at = np.linspace(-1, 1, 20_001) * clear_offset(REFERENCE, 0.4)
-    area = np.trapezoid(2 * np.maximum(clear_half_width(REFERENCE, 0.4, at), 0.0), at)
-    found = clear_entry_probability(REFERENCE, 0.4, (0.0, 0.0), Spread(20.0, 10.0))
+    at = np.linspace(-1, 1, 20_001) * clearance(REFERENCE, 0.4)
+    area = np.trapezoid(2 * np.maximum(clearance_across(REFERENCE, 0.4, at), 0.0), at)
+    found = rim_clear_probability(REFERENCE, 0.4, (0.0, 0.0), LandingStd(20.0, 10.0))
     assert found == pytest.approx(area / (2 * math.pi * 20 * 10), rel=1e-3)
     assert found < 1e-5
-    assert clear_entry_probability(REFERENCE, 1.4, (0.0, 0.0), Spread(1e-3, 1e-3)) == 0
+    assert rim_clear_probability(REFERENCE, 1.4, (0.0, 0.0), LandingStd(1e-3, 1e-3)) == 0
 
 
 def test_a_wider_cup_a_steeper_entry_and_a_smaller_deviation_are_better():
-    std = Spread(0.006, 0.002)
+    std = LandingStd(0.006, 0.002)
     wider = [
-        clear_entry_probability(with_cup(r), 0.5, (0.002, 0.001), std) for r in np.linspace(0.021, 0.06, 20)
+        rim_clear_probability(with_cup(r), 0.5, (0.002, 0.001), std) for r in np.linspace(0.021, 0.06, 20)
     ]
-    steeper = [clear_entry_probability(REFERENCE, a, (0.002, 0.001), std) for a in np.linspace(1.0, 0.0, 20)]
+    steeper = [rim_clear_probability(REFERENCE, a, (0.002, 0.001), std) for a in np.linspace(1.0, 0.0, 20)]
     surer = [
-        clear_entry_probability(REFERENCE, 0.5, (0.002, 0.001), Spread(s, s / 3))
+        rim_clear_probability(REFERENCE, 0.5, (0.002, 0.001), LandingStd(s, s / 3))
         for s in np.geomspace(0.1, 1e-4, 20)
     ]
     for probabilities in (wider, steeper, surer):
@@ -200,14 +202,14 @@ def test_a_cliff_nearby_counts_where_the_gradient_is_none(make_model):
 
 def test_deviations_add_in_quadrature(make_model):
     model = make_model(std=0.004)
-    cast = model.known_casts[0]
+    cast = model.training_casts[0]
     swing = NOISE.swing * REFERENCE.string.length
     move = scatter_of_move(model, cast, NOISE)[0]
     assert move > 0.004**2
-    found = landing_spread(model, cast, NOISE)
+    found = landing_std(model, cast, NOISE)
     assert found == pytest.approx((math.sqrt(0.004**2 + move + swing**2), swing))
-    assert landing_spread(model, cast, Noise()) == pytest.approx((0.004, 0))
-    assert landing_spread(model, cast, Noise(swing=0.01)) == pytest.approx((math.hypot(0.004, swing), swing))
+    assert landing_std(model, cast, Noise()) == pytest.approx((0.004, 0))
+    assert landing_std(model, cast, Noise(swing=0.01)) == pytest.approx((math.hypot(0.004, swing), swing))
 
 
 @pytest.mark.parametrize(

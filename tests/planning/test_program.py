@@ -60,7 +60,7 @@ def test_it_tells_each_search_from_a_training_cast_to_its_end_the_chosen_one_fir
     solution = plan_by_program(curved_model, 0.75, solver=solver)
     assert 1 < len(solution.searches) <= N_STARTS
     starts, ends = (np.array([path[i] for path in solution.searches]) for i in (0, -1))
-    known = curved_model.known_casts
+    known = curved_model.training_casts
     for start in starts:
         assert np.min(np.max(np.abs(known - start), axis=1)) < 1e-12
     np.testing.assert_allclose(ends[0], solution.parameters, atol=1e-6)
@@ -80,7 +80,7 @@ def test_it_finds_the_cast_that_the_model_is_surest_of(make_model, at):
     model.std = valley(at)
     assert scaled(plan_by_program(model, 0.62).parameters)[0] == pytest.approx(at, abs=0.01)
     indifferent = plan_by_program(model, 0.62, without=("model error",))
-    assert indifferent.parameters[0] in model.known_casts[:, 0]  # nothing moved it from its start
+    assert indifferent.parameters[0] in model.training_casts[:, 0]  # nothing moved it from its start
 
 
 @pytest.mark.parametrize("steepest", [0.1, 0.3, 0.7])
@@ -117,7 +117,7 @@ def test_it_finds_the_cast_that_noise_of_the_move_puts_off_least(make_model):
 
     model = make_model(scenario=NOISY)
     model.functions["along"] = along, slope
-    model.know(model.known_casts)
+    model.know(model.training_casts)
     delta_d, _, delta_w = np.array([NOISY.noise.distance, NOISY.noise.speed, NOISY.noise.wait]) / (
         UPPER - LOWER
     )
@@ -137,7 +137,7 @@ def test_it_keeps_away_from_a_cliff_that_the_gradient_does_not_show(make_model):
 
     noise = Noise(distance=0.03 * (UPPER - LOWER)[0])
     known = LOWER + (UPPER - LOWER) * np.array([[0.47, 0.3, 0.5], [0.2, 0.3, 0.5]])
-    model = make_model(scenario=Scenario(noise=noise), known_casts=known)
+    model = make_model(scenario=Scenario(noise=noise), training_casts=known)
     model.functions["along"] = along, slope
     model.know(known)
     assert scaled(plan_by_program(model, 0.6).parameters)[0] < 0.44
@@ -156,7 +156,7 @@ def test_the_string_stays_slack(make_model):
     assert scaled(plan_by_program(model, 0.6, without=("slack",)).parameters)[0] < 0.05
 
 
-@pytest.mark.parametrize("limit", ["peak_load", "peak_speed"])
+@pytest.mark.parametrize("limit", ["peak_torque_utilization", "peak_velocity_utilization"])
 def test_the_arm_keeps_a_margin_to_its_limits(make_model, limit):
     model = make_model(along=(0.4, 0, 0.2, 0.2), angle=(0.5, -0.5, 0, 0), **{limit: (0.7, 0.5, 0, 0)})
     assert scaled(plan_by_program(model, 0.6).parameters)[0] == pytest.approx(
@@ -234,7 +234,7 @@ def test_of_several_solutions_the_one_of_least_cost_is_kept(make_model):
 
     for order in (1, -1):
         known = LOWER + (UPPER - LOWER) * np.array([[0.22, 0.4, 0.5], [0.78, 0.4, 0.5]])[::order]
-        model = make_model(along=(0.4, 0, 0, 0.4), known_casts=known)
+        model = make_model(along=(0.4, 0, 0, 0.4), training_casts=known)
         model.std = std, slope
         solution = plan_by_program(model, 0.6)
         assert scaled(solution.parameters)[0] == pytest.approx(0.2, abs=0.01)
@@ -250,7 +250,7 @@ def test_a_solution_that_lands_is_kept_before_a_cheaper_one_that_does_not(make_m
     def along_slope(s):
         return np.column_stack([0 * s[:, 0], 0 * s[:, 0], np.where(s[:, 0] < 0.3, 0.0, 0.4)])
 
-    model = make_model(known_casts=LOWER + (UPPER - LOWER) * np.array([[0.2, 0.4, 0.5], [0.7, 0.4, 0.5]]))
+    model = make_model(training_casts=LOWER + (UPPER - LOWER) * np.array([[0.2, 0.4, 0.5], [0.7, 0.4, 0.5]]))
     model.functions["along"] = along, along_slope
     model.functions["angle"] = (lambda s: np.where(s[:, 0] < 0.3, 0.0, 0.5)), np.zeros_like
     solution = plan_by_program(model, 0.64)
@@ -274,7 +274,7 @@ def test_searches_start_from_training_casts_that_landed_nearby_and_are_not_alike
 @pytest.mark.parametrize("n_known", [1, 2, 5, 7])
 def test_few_training_casts_are_enough(make_model, n_known):
     model = make_model()
-    model.know(model.known_casts[:n_known])
+    model.know(model.training_casts[:n_known])
     solution = plan_by_program(model, 0.75)
     assert landing(model, solution) == pytest.approx(0.75, abs=1e-6)
 
@@ -368,7 +368,7 @@ def test_the_move_duration_is_a_linear_constraint_in_scaled_parameters(curved_mo
 def test_evaluations_are_counted_and_shared_by_cost_and_constraints(curved_model):
     solution = plan_by_program(curved_model, 0.8)
     assert solution.n_evaluations == sum(
-        curved_model.calls[name] for name in ("expand", "landing_with_gradient")
+        curved_model.calls[name] for name in ("linearize", "landing_with_gradient")
     )
     evaluator = build_program(curved_model, 0.8).evaluator
     at = np.array([0.3, 0.6, 0.2])

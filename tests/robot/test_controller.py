@@ -11,7 +11,13 @@ from pydrake.systems.analysis import Simulator
 from wam_cast.arm_model import models_directory
 from wam_cast.cast import Cast
 from wam_cast.motion.stages import CastMotion, Stage
-from wam_cast.robot.controller import DIFFERENTIALS, CastController, motor_load, saturate
+from wam_cast.robot.controller import (
+    DIFFERENTIALS,
+    ArmController,
+    CastController,
+    saturate,
+    torque_utilization,
+)
 from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Scenario
 
@@ -121,7 +127,9 @@ def test_torque_is_the_law_in_closed_form(controller, arm, state, time):
     pull += np.array([0.9, 0.8, 0.7, 0.6, 0.05, 0.04, 0.003]) * (v_posture - v)
     N = np.eye(7) - J.T @ np.linalg.inv(J @ J.T) @ J
     expected = J.T @ u_x + arm.holding_torque(q) + N @ pull
-    assert motor_load(expected, controller.torque_limits).max() < 1, "the test's state must not saturate"
+    assert torque_utilization(expected, controller.torque_limits).max() < 1, (
+        "the test's state must not saturate"
+    )
     found = controller.GetOutputPort("actuation").Eval(context_of(controller, state, time))
     np.testing.assert_allclose(found, expected, atol=1e-10, rtol=0)
 
@@ -157,7 +165,7 @@ def start_by_search(arm, scenario, bearing):
 
 
 def test_posture_gives_no_force_at_the_hand(arm):
-    # At the same arm state, only the posture's gains differ: what they add must be statically without force at the hand.
+    # At the same arm state, only the posture's gains differ: what they add must be null-space torque, without force at the hand.
     torques = []
     for stiffness in ([0.0] * 7, [5.0, 4.0, 3.0, 2.0, 1.0, 0.9, 0.2]):
         scenario = Scenario.from_dict(
@@ -208,6 +216,49 @@ def test_stage_output_counts_through_the_cast(controller):
     assert stages == list(Stage)
 
 
+# ---------------------------------------------------------------- controllers of one's own
+
+
+class Pull(ArmController):
+    """Pulls the hand toward what is desired, and keeps what it was asked with."""
+
+    def __init__(self, scenario, stiffness):
+        super().__init__(scenario)
+        self.stiffness, self.asked = stiffness, []
+
+    def torque(self, arm, desired):
+        self.asked.append((arm, desired))
+        return self.stiffness * arm.Jv_WE.T @ (desired.p_WE - arm.p_WE) + arm.holding_torque
+
+
+def test_controller_of_ones_own_is_asked_with_what_it_measures_and_what_is_desired(arm):
+    own = Pull(SOFT, 10.0)
+    q, v = STATE_A[:7], STATE_A[7:]
+    found = outputs(own, context_of(own))
+    motion, J = CastMotion(SOFT, CAST), arm.exact_jacobian(q)
+    pull = 10.0 * J.T @ (motion.evaluate(0.3)[0] - arm.hand_position(q))
+    np.testing.assert_allclose(found["actuation"], pull + arm.holding_torque(q), atol=1e-10)
+    ((measured, desired),) = own.asked
+    assert (desired.time, desired.motion.cast) == (0.3, CAST)
+    np.testing.assert_array_equal([measured.q, measured.v], [q, v])
+    np.testing.assert_allclose(measured.v_WE, J @ v, atol=1e-12)
+    np.testing.assert_array_equal(desired.v_WE, motion.evaluate(0.3)[1])
+    ours = outputs(reference := CastController(SOFT), context_of(reference))
+    for name in ("hand", "hand_desired", "stage"):
+        np.testing.assert_array_equal(found[name], ours[name])
+
+
+def test_torque_of_ones_own_is_cut_off_at_what_the_motors_give(arm):
+    own = Pull(SOFT, 1e6)
+    load = torque_utilization(outputs(own, context_of(own))["actuation"], arm.plant.GetEffortUpperLimits())
+    assert load.max() == pytest.approx(1.0, abs=1e-12)
+
+
+def test_base_says_no_torque():
+    with pytest.raises(NotImplementedError):
+        outputs(bare := ArmController(SOFT), context_of(bare))
+
+
 # ---------------------------------------------------------------- saturation
 
 
@@ -237,7 +288,7 @@ def test_differential_pair_is_scaled_and_keeps_its_direction(pair, signs):
     np.testing.assert_allclose(found[[a, b]], torque[[a, b]] / 1.6, rtol=1e-14)
     others = np.setdiff1d(np.arange(7), pair)
     np.testing.assert_array_equal(found[others], torque[others])
-    assert motor_load(found, LIMITS)[a] == pytest.approx(1.0, rel=1e-14)
+    assert torque_utilization(found, LIMITS)[a] == pytest.approx(1.0, rel=1e-14)
 
 
 def test_saturation_leaves_its_argument_alone():
@@ -246,16 +297,16 @@ def test_saturation_leaves_its_argument_alone():
     np.testing.assert_array_equal(torque, 10 * LIMITS)
 
 
-def test_motor_load_is_the_share_of_each_joints_motors():
+def test_motor_load_is_the_utilization_of_each_joints_motors():
     torque = np.array([[5.0, 10.0, 10.0, -10.0, 1.0, -3.0, 0.0], np.zeros(7)])
     expected = [[0.5, 0.75, 0.75, 1.0, 0.5, 0.5, 0.0], np.zeros(7)]
-    np.testing.assert_allclose(motor_load(torque, LIMITS), expected, rtol=1e-15)
+    np.testing.assert_allclose(torque_utilization(torque, LIMITS), expected, rtol=1e-15)
 
 
 def test_stiff_controller_far_from_its_reference_stays_within_the_motors(arm):
     controller = CastController(Scenario.from_dict({"controller": {"kp": 1e6}}))
     torque = outputs(controller, context_of(controller))["actuation"]
-    load = motor_load(torque, arm.plant.GetEffortUpperLimits())
+    load = torque_utilization(torque, arm.plant.GetEffortUpperLimits())
     assert load.max() == pytest.approx(1.0, abs=1e-12)
     assert np.all(load < 1 + 1e-12)
 

@@ -10,7 +10,7 @@ from wam_cast.cast import PARAMETERS, Cast
 from wam_cast.casting_plane import to_casting_plane
 from wam_cast.errors import InputError
 from wam_cast.motion.stages import CastMotion
-from wam_cast.robot.controller import CastController, motor_load, saturate
+from wam_cast.robot.controller import CastController, saturate, torque_utilization
 from wam_cast.robot.encoders import encoder_resolution
 from wam_cast.robot.noise import (
     CHUNK,
@@ -23,7 +23,7 @@ from wam_cast.robot.noise import (
 )
 from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Noise, Scenario
-from wam_cast.simulation.integration_step import flight_step
+from wam_cast.simulation.integration_step import integration_step
 from wam_cast.simulation.outcome import Outcome
 from wam_cast.simulation.simulator import CastSimulator, simulate_cast
 
@@ -212,7 +212,7 @@ def test_hanging_ball_swings_with_the_drawn_amplitude():
 
 def test_swing_changes_no_integration_step():
     swinging = CastStation(Scenario(noise=Noise(swing=1.0)), has_scene=False)
-    assert flight_step(swinging) == flight_step(CastStation(Scenario(), has_scene=False))
+    assert integration_step(swinging) == integration_step(CastStation(Scenario(), has_scene=False))
 
 
 # ---------------------------------------------------------------- torque
@@ -254,7 +254,7 @@ def test_torque_noise_is_added_and_stays_within_the_motors():
     np.testing.assert_allclose(small, command + 1e-3 * LIMITS * torque_deviates(0, 4), rtol=1e-12)
     for sample in range(50):
         large = torque_noise(0.5, command, sample)
-        assert motor_load(large, LIMITS).max() <= 1 + 1e-12
+        assert torque_utilization(large, LIMITS).max() <= 1 + 1e-12
         wanted = command + 0.5 * LIMITS * torque_deviates(0, sample)
         np.testing.assert_array_equal(large, saturate(wanted, LIMITS))
 

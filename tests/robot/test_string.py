@@ -64,7 +64,7 @@ class Pendulum:
         return self.plant.EvalPotentialEnergy(self.context) + self.plant.EvalKineticEnergy(self.context)
 
     def states(self, q, duration, step):
-        """Return times and states (n, 2 n_q) of a fall from rest under the integrator of a cast's flight."""
+        """Return times and states (n, 2 n_q) of a fall from rest under the integrator of a cast's contact-free phase."""
         simulator = Simulator(self.plant)
         ResetIntegratorFromFlags(simulator, "runge_kutta2", step)
         context = simulator.get_mutable_context()
@@ -241,7 +241,7 @@ def test_energy_drift_without_damping_falls_with_the_cube_of_the_step():
     assert np.log2(drifts[0] / drifts[1]) == pytest.approx(3, abs=0.3)
 
 
-def test_flight_integrator_converges_at_second_order():
+def test_contact_free_integrator_converges_at_second_order():
     pendulum = Pendulum(String(n_links=2, **UNDAMPED))
     q = pendulum.in_plane([1.0, 0.5])
     steps = (0.002, 0.001, 0.0005, 0.0000625)

@@ -7,7 +7,8 @@ from pydrake.multibody.plant import MultibodyPlant
 from wam_cast.cast import Cast
 from wam_cast.motion.stages import CastMotion
 from wam_cast.robot.plant import N_ARM, fill_plant, hanging_positions, make_arm_plant, starting_posture
-from wam_cast.robot.station import Log, StationState
+from wam_cast.robot.station import Log
+from wam_cast.robot.station_state import StationState
 from wam_cast.scenario import Cup, Scenario
 from wam_cast.simulation.contact_free import ContactFree
 from wam_cast.simulation.judge import BallTrack, Judge, angle_from_vertical, find_crossing, verdict

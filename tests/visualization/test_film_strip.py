@@ -172,7 +172,7 @@ def test_string_below_the_floor_is_drawn_lying_on_it(caught):
     np.testing.assert_allclose(frame.string[-1], caught.p_WL[after], atol=1e-9)
 
 
-def test_cast_that_breaks_down_in_its_turn_has_a_start_and_an_end(caught):
+def test_cast_that_diverges_in_its_turn_has_a_start_and_an_end(caught):
     samples = {name: getattr(caught, name)[:50] for name in SAMPLED}
     broken = dataclasses.replace(caught, **samples | {"stages": np.full(50, Stage.TURN)})
     assert choose_moments(broken)[0] == 0

@@ -14,19 +14,16 @@ import pytest
 
 from wam_cast.errors import InputError
 from wam_cast.motion.stages import Stage
-from wam_cast.visualization.recorded import frame_moments, holds_ball
+from wam_cast.visualization.recorded import describe_all, frame_moments, holds_ball
 from wam_cast.visualization.replay import (
     FRAME_RATE,
     REST_AT_END,
-    RING_SPACING,
     TOLERANCE,
-    describe_all,
     key_frames,
     replay_page,
-    ring_points,
     write_replay,
 )
-from wam_cast.visualization.viewer import N_SIDES, tube
+from wam_cast.visualization.viewer import N_SIDES, RING_SPACING, ring_points, tube
 
 
 def read_animation(page):

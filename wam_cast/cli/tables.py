@@ -36,10 +36,10 @@ def print_throws(executed: Sequence[tuple[Plan, Outcome]]) -> None:
     out.print(table)
     for i, (plan, outcome) in enumerate(executed, 1):
         _print_infeasible(plan)
-        if plan.is_feasible and plan.clear_entry_probability < LOW_RIM_CLEAR_PROBABILITY:
+        if plan.is_feasible and plan.rim_clear_probability < LOW_RIM_CLEAR_PROBABILITY:
             out.print(
                 f"cup {_position(plan.cup)}: enters without touching the rim in "
-                f"{100 * plan.clear_entry_probability:.0f} % of casts like this"
+                f"{100 * plan.rim_clear_probability:.0f} % of casts like this"
             )
         if not outcome.is_caught and i < len(executed):
             out.print(f"cup {_position(plan.cup)}: missed; the next cast starts anew, from rest at home")
@@ -70,8 +70,8 @@ def print_plans(plans: Sequence[Plan]) -> None:
             f"{cast.speed:.4f}",
             f"{cast.wait:.4f}",
             f"{math.degrees(cast.bearing):.2f}",
-            f"{1e3 * plan.predicted_miss:.1f} ({1e3 * plan.predicted_spread.along:.1f})",
-            f"{100 * plan.clear_entry_probability:.0f}",
+            f"{1e3 * plan.predicted_miss:.1f} ({1e3 * plan.predicted_std.along:.1f})",
+            f"{100 * plan.rim_clear_probability:.0f}",
         )
     out.print(table)
     out.print("in brackets: predictive standard deviation")
@@ -155,10 +155,10 @@ def print_map(floor: FloorMap, picture: Path) -> None:
         low, high = ring["hit_interval"]
         table.add_row(
             f"{ring['radius']:.3f}",
-            _offset(ring["predicted_along"], ring["predicted_spread"][0]),
+            _offset(ring["predicted_along"], ring["predicted_std"][0]),
             _scatter(ring["along"]),
             _scatter(ring["lateral"]),
-            f"{100 * ring['clear_entry_probability']:.1f}",
+            f"{100 * ring['rim_clear_probability']:.1f}",
             f"{ring['n_caught']}/{ring['n_casts']}",
             f"{100 * low:.0f}-{100 * high:.0f}",
         )

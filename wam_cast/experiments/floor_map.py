@@ -15,7 +15,7 @@ from functools import cached_property, partial
 import numpy as np
 import pandas as pd
 
-from wam_cast.errors import checked_whole_number
+from wam_cast.errors import checked_integer
 from wam_cast.experiments.frames import Record, records, to_plain
 from wam_cast.experiments.trials import Trial, execute, hits, lost_as_diverged
 from wam_cast.parallel.seeds import Purpose, derived_seed
@@ -46,9 +46,9 @@ class MapSize:
     n_casts: int = 1
 
     def __post_init__(self) -> None:
-        checked_whole_number("n_radii", self.n_radii, 2)
-        checked_whole_number("n_bearings", self.n_bearings, 2)
-        checked_whole_number("n_casts", self.n_casts, 1)
+        checked_integer("n_radii", self.n_radii, 2)
+        checked_integer("n_bearings", self.n_bearings, 2)
+        checked_integer("n_casts", self.n_casts, 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +78,7 @@ class FloorMap:
 
         radius [m]; distance, speed, wait       of the cast [m], [m/s], [s]
         predicted_along         where the ball is expected, counted from the cup's axis outward [m]
-        predicted_miss, predicted_spread, clear_entry_probability, is_feasible      as of a `Plan`
+        predicted_miss, predicted_std, rim_clear_probability, is_feasible      as of a `Plan`
         along, lateral          what is executed: mean and std [m] over all casts that came down, None if none did
         n_casts, n_caught, hit_rate, hit_interval       how many were caught, with Wilson's 95 % interval of the rate
         """
@@ -143,7 +143,7 @@ def map_floor(
         If there is no such method or solver, or the seed is no integer from 0 on.
     """
     size, reach, scenario = size or MapSize(), Reach.of(model), model.scenario
-    seed = checked_whole_number("seed", seed, 0)
+    seed = checked_integer("seed", seed, 0)
     plans: list[Plan] = []
     for radius in np.linspace(reach.nearest, reach.farthest, size.n_radii):
         plans.append(plan_cast(model, (float(radius), 0.0), method, solver))
@@ -180,8 +180,8 @@ def _ring(casts: pd.DataFrame) -> Record:
         "wait": one["wait"],
         "predicted_along": one["predicted_offset"],
         "predicted_miss": one["predicted_miss"],
-        "predicted_spread": (one["std_along"], one["std_across"]),
-        "clear_entry_probability": one["clear_entry_probability"],
+        "predicted_std": (one["std_along"], one["std_across"]),
+        "rim_clear_probability": one["rim_clear_probability"],
         "is_feasible": one["is_feasible"],
         "along": _scatter(casts["along"]),
         "lateral": _scatter(casts["lateral"]),

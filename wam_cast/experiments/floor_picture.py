@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from wam_cast.experiments.floor_map import FloorMap
-from wam_cast.visualization.figures.floor_map import draw_chances, draw_floor, draw_offsets
-from wam_cast.visualization.figures.looks import ABOVE, draw_legend
+from wam_cast.visualization.figures.floor_figures import draw_chances, draw_floor, draw_offsets
+from wam_cast.visualization.figures.plot_style import ABOVE, draw_legend
 from wam_cast.visualization.picture_files import write_figure
 from wam_cast.visualization.style import figure_style
 
@@ -43,7 +43,7 @@ def draw_floor_picture(floor: FloorMap) -> Figure:
     rings = floor.rings
     low, high = np.array(rings["hit_interval"].tolist()).T
     radii, probability, rate = (
-        rings[name].to_numpy() for name in ("radius", "clear_entry_probability", "hit_rate")
+        rings[name].to_numpy() for name in ("radius", "rim_clear_probability", "hit_rate")
     )
     draw_chances(chances, radii, probability, rate, low, high)
     right.align_ylabels()
@@ -55,7 +55,7 @@ def _draw_top_view(axes: Axes, floor: FloorMap) -> None:
     draw_floor(
         axes,
         floor.rings["radius"].to_numpy(),
-        floor.rings["clear_entry_probability"].to_numpy(),
+        floor.rings["rim_clear_probability"].to_numpy(),
         bearings=floor.bearings,
         cups=cups[["cup_x", "cup_y"]].to_numpy(),
         share_caught=cups["is_caught"].to_numpy(),
@@ -64,7 +64,7 @@ def _draw_top_view(axes: Axes, floor: FloorMap) -> None:
 
 def _draw_profiles(along: Axes, lateral: Axes, floor: FloorMap) -> None:
     rings, casts = floor.rings, floor.casts
-    std_along, std_lateral = np.array(rings["predicted_spread"].tolist()).T
+    std_along, std_lateral = np.array(rings["predicted_std"].tolist()).T
     for axes, predicted, std, direction in (
         (along, rings["predicted_along"].to_numpy(), std_along, "along"),
         # Plans turn the casting plane so that the ball is expected on the line to the cup.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TypedDict
 
 import numpy as np
-from scipy.stats import binomtest, bootstrap, norm
+from scipy import stats
 
 from wam_cast.types import Array
 
@@ -45,7 +45,7 @@ def rmse_interval(residuals: Array, seed: int) -> tuple[float, float]:
     def root_mean_square(sample: Array, axis: int = -1) -> Array:
         return np.asarray(np.sqrt(np.mean(sample**2, axis=axis)))
 
-    interval = bootstrap(
+    interval = stats.bootstrap(
         (residuals,),
         root_mean_square,
         n_resamples=2000,
@@ -57,7 +57,7 @@ def rmse_interval(residuals: Array, seed: int) -> tuple[float, float]:
 
 def wilson_interval(n_hits: int, n: int) -> tuple[float, float]:
     """Return Wilson's 95 % interval of a rate."""
-    interval = binomtest(n_hits, n).proportion_ci(method="wilson")
+    interval = stats.binomtest(n_hits, n).proportion_ci(method="wilson")
     return float(interval.low), float(interval.high)
 
 
@@ -66,5 +66,5 @@ def coverage(residuals: Array, std: Array, shares: Array) -> Array:
 
     The residuals, shape (n,), are honest if that is the share that each interval should hold, shape (m,).
     """
-    half_widths = norm.ppf((1 + shares) / 2)
+    half_widths = stats.norm.ppf((1 + shares) / 2)
     return np.asarray(np.mean(np.abs(residuals / std)[:, np.newaxis] <= half_widths, axis=0))

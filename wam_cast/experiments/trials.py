@@ -9,15 +9,15 @@ is_feasible             as of the `Plan`; like all that is predicted it is missi
 predicted_offset        where the ball is expected, outward from the cup's axis [m]
 predicted_miss          its distance from there [m]
 std_along, std_across   predictive standard deviation of the landing [m]
-clear_entry_probability     of entering the cup without touching its rim
+rim_clear_probability     of entering the cup without touching its rim
 status, is_caught       a value of `Status`, or `LOST` if the process did not survive; what follows is then missing
 landing_along, landing_across       where the ball came down, in the casting plane's axes [m]
 along, lateral          the same from the cup's axis: outward, and to the left as seen from the base axis [m]
 miss                    distance of the landing from the cup's axis, as if nothing were in the way [m]
 entry_angle             from the vertical [rad]
-entered_clear           whether a ball that landed so, and flew on straight, touched no rim
+entered_rim_clear           whether a ball that landed so, and flew on straight, touched no rim
 is_slack, slack         of the string from the landing on [m]
-peak_load, peak_speed   largest utilization of a motor's torque and of a joint's velocity limit
+peak_torque_utilization, peak_velocity_utilization   largest utilization of a motor's torque and of a joint's velocity limit
 limits_hit              which limits the arm met
 """
 
@@ -40,7 +40,7 @@ from wam_cast.experiments.frames import Record
 from wam_cast.experiments.statistics import wilson_interval
 from wam_cast.parallel.seeds import Purpose, derived_seed
 from wam_cast.parallel.workers import Workers, run_rows
-from wam_cast.planning.landing_distribution import clear_half_width, clear_offset
+from wam_cast.planning.landing_distribution import clearance, clearance_across
 from wam_cast.planning.plan import Method, Plan, plan_cast
 from wam_cast.planning.prediction import Predictor
 from wam_cast.planning.reach import Reach
@@ -184,14 +184,14 @@ def trial_row(scenario: Scenario, trial: Trial, outcome: Outcome | None) -> Reco
 
 
 _NO_PLAN: Record = dict.fromkeys(
-    ("predicted_offset", "predicted_miss", "std_along", "std_across", "clear_entry_probability"), math.nan
+    ("predicted_offset", "predicted_miss", "std_along", "std_across", "rim_clear_probability"), math.nan
 )
 _NO_PLAN |= {"planner": "", "is_feasible": False}
 _NO_OUTCOME: Record = dict.fromkeys(
     ("landing_along", "landing_across", "along", "lateral", "miss", "entry_angle", "slack"), math.nan
 )
-_NO_OUTCOME |= dict.fromkeys(("peak_load", "peak_speed"), math.nan)
-_NO_OUTCOME |= dict.fromkeys(("is_caught", "is_slack", "entered_clear"), False)
+_NO_OUTCOME |= dict.fromkeys(("peak_torque_utilization", "peak_velocity_utilization"), math.nan)
+_NO_OUTCOME |= dict.fromkeys(("is_caught", "is_slack", "entered_rim_clear"), False)
 _NO_OUTCOME |= {"status": LOST, "limits_hit": ()}
 
 
@@ -202,9 +202,9 @@ def _predicted(plan: Plan, cup: Polar) -> Record:
         "is_feasible": plan.is_feasible,
         "predicted_offset": landing - cup[0],
         "predicted_miss": plan.predicted_miss,
-        "std_along": plan.predicted_spread.along,
-        "std_across": plan.predicted_spread.across,
-        "clear_entry_probability": plan.clear_entry_probability,
+        "std_along": plan.predicted_std.along,
+        "std_across": plan.predicted_std.across,
+        "rim_clear_probability": plan.rim_clear_probability,
     }
 
 
@@ -221,23 +221,23 @@ def _executed(scenario: Scenario, trial: Trial, outcome: Outcome) -> Record:
         "lateral": lateral,
         "miss": outcome.miss,
         "entry_angle": outcome.entry_angle,
-        "entered_clear": _entered_clear(scenario, trial, outcome),
+        "entered_rim_clear": _entered_clear(scenario, trial, outcome),
         "is_slack": outcome.is_slack,
         "slack": outcome.slack,
-        "peak_load": float(np.max(outcome.peak_load)),
-        "peak_speed": float(np.max(outcome.peak_speed)),
+        "peak_torque_utilization": float(np.max(outcome.peak_torque_utilization)),
+        "peak_velocity_utilization": float(np.max(outcome.peak_velocity_utilization)),
         "limits_hit": outcome.limits_hit,
     }
 
 
 def _entered_clear(scenario: Scenario, trial: Trial, outcome: Outcome) -> bool:
-    """Return whether a ball that landed so, and flew on straight, touched no rim: see `clear_half_width`."""
+    """Return whether a ball that landed so, and flew on straight, touched no rim: see `clearance_across`."""
     if not math.isfinite(outcome.entry_angle):
         return False
     along, across = to_casting_plane(outcome.landing - trial.position, trial.cast.bearing)
-    if abs(along) > clear_offset(scenario, outcome.entry_angle):
+    if abs(along) > clearance(scenario, outcome.entry_angle):
         return False
-    (width,) = clear_half_width(scenario, outcome.entry_angle, np.array([along]))
+    (width,) = clearance_across(scenario, outcome.entry_angle, np.array([along]))
     return bool(abs(across) <= width)
 
 

@@ -18,7 +18,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from wam_cast.cast import Cast
-from wam_cast.errors import InputError, checked_whole_number
+from wam_cast.errors import InputError, checked_integer
 from wam_cast.learning.sampling import row_noise_seed, sample_cast
 from wam_cast.parallel.workers import Workers, run_rows
 from wam_cast.scenario import Scenario
@@ -53,7 +53,7 @@ class CastDataset:
         - `status`: a value of `Status`, such as "landed"
         - `crossing_time` [s], `entry_speed` [m/s], `entry_angle` [rad], `is_slack`: how it crossed
         - `slack` [m]: of the string, the least from the landing until the whole ball was below the rim plane
-        - `peak_load`, `peak_speed`: the largest over the joints, as shares of their limits
+        - `peak_torque_utilization`, `peak_velocity_utilization`: the largest over the joints, as shares of their limits
         - `peak_tracking_error` [m]: of the hand
 
         Casts that failed are rows too: what they have no value for is nan.
@@ -163,7 +163,7 @@ def generate_dataset(
     KeyboardInterrupt
         As always; finished parts stay.
     """
-    n_casts, seed = checked_whole_number("n_casts", n_casts, 1), checked_whole_number("seed", seed, 0)
+    n_casts, seed = checked_integer("n_casts", n_casts, 1), checked_integer("seed", seed, 0)
     _check_workers(executor, n_workers)
     parts = part_rows(n_casts)
     tables: list[pa.Table | None] = [None] * len(parts)
@@ -198,8 +198,8 @@ def simulate_row(scenario: Scenario, seed: int, row: int) -> Row:
         "entry_angle": outcome.entry_angle,
         "is_slack": outcome.is_slack,
         "slack": outcome.slack,
-        "peak_load": float(np.max(outcome.peak_load)),
-        "peak_speed": float(np.max(outcome.peak_speed)),
+        "peak_torque_utilization": float(np.max(outcome.peak_torque_utilization)),
+        "peak_velocity_utilization": float(np.max(outcome.peak_velocity_utilization)),
         "peak_tracking_error": outcome.peak_tracking_error,
     }
 
@@ -241,7 +241,7 @@ def _to_frame(tables: Iterable[pa.Table]) -> pd.DataFrame:
 def _check_workers(executor: Executor | Workers | None, n_workers: int | None) -> None:
     if n_workers is None:
         return
-    checked_whole_number("n_workers", n_workers, 1)
+    checked_integer("n_workers", n_workers, 1)
     if executor is not None:
         raise InputError(
             f"n_workers = {n_workers}: an executor brings its own workers; leave one of the two out"

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wam_cast.cast import cast_bounds
+from wam_cast.deprecation import renamed
 from wam_cast.errors import InputError
 from wam_cast.learning.hyperparameters import TuningResult, tune_by_lbfgs
 from wam_cast.learning.kernel_ridge import KernelRidge
@@ -19,7 +20,7 @@ from wam_cast.learning.model_file import Fit, StoredModel, read_model, write_mod
 from wam_cast.learning.parts import Part, Parts, split_casts
 from wam_cast.learning.uncertainty import LandingUncertainty
 from wam_cast.parallel.threads import one_thread
-from wam_cast.planning.prediction import Expansion
+from wam_cast.planning.prediction import Linearization
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array
 
@@ -42,7 +43,7 @@ class ForwardModel:
     ----------
     scenario
         Whose casts it predicts.
-    known_casts, known_outputs
+    training_casts, training_outputs
         The training casts `[distance, speed, wait]`, shape (n_train, 3), and their `OUTPUTS`, shape (n_train, 7).
     reach
         The smallest and largest distance of a cup from the base axis that the model plans for [m].
@@ -57,13 +58,13 @@ class ForwardModel:
         scenario: Scenario,
         estimator: KernelRidge,
         uncertainty: LandingUncertainty,
-        known_outputs: Array,
+        training_outputs: Array,
         reach: tuple[float, float],
         info: Fit,
     ) -> None:
         self.scenario = scenario
-        self.known_casts: Array = estimator.X_fit_
-        self.known_outputs = known_outputs
+        self.training_casts: Array = estimator.X_fit_
+        self.training_outputs = training_outputs
         self.reach = reach
         self.info = info
         self.uncertainty = uncertainty
@@ -72,6 +73,10 @@ class ForwardModel:
         self._landing_estimator = copy(estimator)
         self._landing_estimator.dual_coef_ = estimator.dual_coef_[:, 0].copy()
         self._landing_estimator.target_mean_ = estimator.target_mean_[0]
+
+    known_casts = renamed("known_casts", "training_casts")
+    known_outputs = renamed("known_outputs", "training_outputs")
+    expand = renamed("expand", "linearize")
 
     @classmethod
     def fit(cls, data: CastDataset) -> Self:
@@ -141,14 +146,14 @@ class ForwardModel:
         prediction: Array = self._estimator.predict(casts)
         return prediction
 
-    def expand(self, cast: Array) -> Expansion:
+    def linearize(self, cast: Array) -> Linearization:
         """Return all that a planner asks about one cast `[distance, speed, wait]`, shape (3,)."""
-        outputs, gradient = self._estimator.expand(cast[np.newaxis])
-        return Expansion(outputs[0], gradient[0], *self.uncertainty.expand(cast))
+        outputs, gradient = self._estimator.linearize(cast[np.newaxis])
+        return Linearization(outputs[0], gradient[0], *self.uncertainty.linearize(cast))
 
     def landing_with_gradient(self, casts: Array) -> tuple[Array, Array]:
         """Return the landing along the casting plane [m] of a few casts, shape (n,), and its derivative in SI units, (n, 3)."""
-        landing, gradient = self._landing_estimator.expand(casts)
+        landing, gradient = self._landing_estimator.linearize(casts)
         return landing, gradient
 
     def serves(self, scenario: Scenario) -> bool:
@@ -173,9 +178,9 @@ class ForwardModel:
         """Write the model to one file. Raises `InputError` if that cannot be done; then nothing is left behind."""
         stored = StoredModel(
             scenario=self.scenario,
-            known_casts=self.known_casts,
-            known_outputs=self.known_outputs,
-            known_log_ratios=self.uncertainty.log_ratios,
+            training_casts=self.training_casts,
+            training_outputs=self.training_outputs,
+            training_log_ratios=self.uncertainty.log_ratios,
             reach=self.reach,
             info=self.info,
             uncertainty=self.uncertainty.fit,
@@ -201,9 +206,11 @@ class ForwardModel:
         stored = read_model(path)
         estimator = _estimator(stored.scenario, stored.info.sigma, stored.info.regularization)
         with one_thread():
-            estimator.fit(stored.known_casts, stored.known_outputs)
-            uncertainty = LandingUncertainty(estimator, stored.known_log_ratios, stored.uncertainty)
-        model = cls(stored.scenario, estimator, uncertainty, stored.known_outputs, stored.reach, stored.info)
+            estimator.fit(stored.training_casts, stored.training_outputs)
+            uncertainty = LandingUncertainty(estimator, stored.training_log_ratios, stored.uncertainty)
+        model = cls(
+            stored.scenario, estimator, uncertainty, stored.training_outputs, stored.reach, stored.info
+        )
         try:
             return model if scenario is None else model.bound_to(scenario)
         except InputError as error:

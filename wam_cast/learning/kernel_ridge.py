@@ -15,6 +15,7 @@ from scipy.spatial.distance import cdist
 from sklearn.base import BaseEstimator, MultiOutputMixin, RegressorMixin
 from sklearn.utils.validation import check_is_fitted, validate_data
 
+from wam_cast.deprecation import renamed
 from wam_cast.learning.kernel_parameters import checked_regularization, checked_sigma, input_scale
 from wam_cast.types import Array
 
@@ -53,7 +54,7 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
     cholesky_ : ndarray of shape (n_samples, n_samples)
         The lower Cholesky factor of `K + λ I`, with anything above its diagonal: 13 MB for 1300 rows.
     target_mean_ : ndarray of shape () or (n_outputs,)
-        What is added to the kernel expansion; 0 without `center_targets`.
+        What is added to the kernel linearization; 0 without `center_targets`.
     input_offset_ : ndarray of shape (n_features,)
         What is scaled to 0, in units of the inputs.
     length_scale_ : ndarray of shape (n_features,)
@@ -70,7 +71,7 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
     >>> import numpy as np
     >>> X = np.linspace(0, 2, 20).reshape(-1, 1)
     >>> model = KernelRidge(sigma=0.5).fit(X, np.sin(X[:, 0]))
-    >>> y, dy_dX = model.expand(np.array([[1.0]]))
+    >>> y, dy_dX = model.linearize(np.array([[1.0]]))
     >>> print(y.round(2), dy_dX.round(2))  # sin(1) and cos(1)
     [0.84] [[0.54]]
     """
@@ -153,12 +154,15 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         prediction: Array = K @ self.dual_coef_ + self.target_mean_
         return prediction
 
-    def expand(self, X: Array) -> tuple[Array, Array]:
+    expand = renamed("expand", "linearize")
+    predict_with_gradient = renamed("predict_with_gradient", "linearize")
+
+    def linearize(self, X: ArrayLike) -> tuple[Array, Array]:
         """Predict the targets and differentiate them, quickly for the few inputs that an optimizer asks about.
 
         Parameters
         ----------
-        X : ndarray of shape (n, n_features)
+        X : array-like of shape (n, n_features)
             Inputs, in the units of the training inputs; taken as they are, without checks.
 
         Returns
@@ -169,13 +173,14 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
             Element `[i, o, j]` is d output `o` / d input `j` at row `i`, in units of the targets per unit of
             the original inputs; no axis of outputs if the training targets were 1-D.
         """
-        offsets = (X[:, np.newaxis, :] - self.X_fit_) / self.length_scale_
+        rows = np.asarray(X, dtype=float)
+        offsets = (rows[:, np.newaxis, :] - self.X_fit_) / self.length_scale_
         kernel = np.exp(-np.einsum("pni,pni->pn", offsets, offsets))
         n_samples, n_features = self.X_fit_.shape
         # dk / dz = -2 (z - z_n) k
         weights = kernel[:, np.newaxis, :] * self.dual_coef_.reshape(n_samples, -1).T
         gradient = -2.0 * np.matmul(weights, offsets) / self.length_scale_
-        shape = (len(X), *self.dual_coef_.shape[1:])
+        shape = (len(rows), *self.dual_coef_.shape[1:])
         prediction = weights.sum(axis=2).reshape(shape) + self.target_mean_
         return prediction, gradient.reshape(*shape, n_features)
 

@@ -20,7 +20,10 @@ from wam_cast.scenario import Scenario
 from wam_cast.storage.atomic import write_file
 from wam_cast.types import Array
 
-FORMAT = "wam_cast forward model 3"
+FORMAT = "wam_cast forward model 4"
+
+ARRAYS = ("training_casts", "training_outputs", "training_log_ratios")
+"""What the archive holds beside its header, see `StoredModel`."""
 
 MALFORMED = (
     OSError,
@@ -75,7 +78,7 @@ class StoredModel:
     ----------
     scenario
         Whose casts the model predicts.
-    known_casts, known_outputs, known_log_ratios
+    training_casts, training_outputs, training_log_ratios
         The training casts, shape (n_train, 3), their `OUTPUTS`, shape (n_train, 7), and what the uncertainty's correction is
         fitted to, shape (n_train,).
     reach
@@ -87,9 +90,9 @@ class StoredModel:
     """
 
     scenario: Scenario
-    known_casts: Array
-    known_outputs: Array
-    known_log_ratios: Array
+    training_casts: Array
+    training_outputs: Array
+    training_log_ratios: Array
     reach: tuple[float, float]
     info: Fit
     uncertainty: ErrorFit
@@ -109,9 +112,7 @@ def write_model(path: str | Path, model: StoredModel) -> None:
     np.savez_compressed(
         content,
         header=np.array(json.dumps(header)),
-        known_casts=model.known_casts,
-        known_outputs=model.known_outputs,
-        known_log_ratios=model.known_log_ratios,
+        **{name: getattr(model, name) for name in ARRAYS},
     )
     write_file(path, content.getvalue())
 
@@ -131,12 +132,21 @@ def read_model(path: str | Path) -> StoredModel:
         raise InputError(f"model {path}: {reason}; name a file that wam-cast fit wrote") from None
     try:
         header, arrays = _unpack(content)
+        written_as = str(header["format"])
+    except MALFORMED:
+        raise _not_a_model(path) from None
+    if written_as != FORMAT:
+        raise InputError(
+            f"model {path}: is a {written_as!r}, this version reads {FORMAT!r}; fit it anew with: wam-cast fit"
+        )
+    try:
+        _check_shapes(*arrays)
         values, fingerprint = header["scenario"], str(header["fingerprint"])
         nearest, farthest = (float(radius) for radius in header["reach"])
         info = Fit(**header["info"] | {"sigma": tuple(float(sigma) for sigma in header["info"]["sigma"])})
         uncertainty = ErrorFit(**header["uncertainty"] | {"sigma": tuple(header["uncertainty"]["sigma"])})
     except MALFORMED:
-        raise InputError(f"model {path}: not a model file; name one that wam-cast fit wrote") from None
+        raise _not_a_model(path) from None
     try:
         scenario = Scenario.from_dict(values)
     except InputError as error:
@@ -146,19 +156,22 @@ def read_model(path: str | Path) -> StoredModel:
             f"model {path}: made with another model of the arm or another version of wam_cast "
             f"({fingerprint}, now {scenario.fingerprint}); fit it anew with: wam-cast fit"
         )
-    return StoredModel(scenario, *arrays, (nearest, farthest), info, uncertainty)
+    casts, outputs, log_ratios = arrays
+    return StoredModel(scenario, casts, outputs, log_ratios, (nearest, farthest), info, uncertainty)
 
 
-def _unpack(content: bytes) -> tuple[dict[str, Any], tuple[Array, Array, Array]]:
-    """Return the header and the three arrays; raises one of `MALFORMED` if they are not those of a model."""
+def _not_a_model(path: str | Path) -> InputError:
+    return InputError(f"model {path}: not a model file; name one that wam-cast fit wrote")
+
+
+def _unpack(content: bytes) -> tuple[dict[str, Any], list[Array]]:
+    """Return the header, and the arrays that are there; raises one of `MALFORMED` if the bytes are something else."""
     with np.load(io.BytesIO(content), allow_pickle=False) as file:
-        header = json.loads(str(file["header"]))
-        casts, outputs, log_ratios = (
-            np.asarray(file[name], dtype=float)
-            for name in ("known_casts", "known_outputs", "known_log_ratios")
-        )
+        header: dict[str, Any] = json.loads(str(file["header"]))
+        return header, [np.asarray(file[name], dtype=float) for name in ARRAYS if name in file]
+
+
+def _check_shapes(casts: Array, outputs: Array, log_ratios: Array) -> None:
     n_casts = len(casts)
-    shapes = (n_casts, 3), (n_casts, len(OUTPUTS)), (n_casts,)
-    if header["format"] != FORMAT or shapes != (casts.shape, outputs.shape, log_ratios.shape):
-        raise ValueError("another format")
-    return header, (casts, outputs, log_ratios)
+    if (casts.shape, outputs.shape, log_ratios.shape) != ((n_casts, 3), (n_casts, len(OUTPUTS)), (n_casts,)):
+        raise ValueError("the shapes do not fit together")

@@ -102,7 +102,7 @@ class LandingUncertainty:
         variance = np.maximum(variance, 0.0) + self._regularization
         return np.asarray(self.fit.scale * np.exp(self._correction.predict(X)) * np.sqrt(variance))
 
-    def expand(self, x: Array) -> tuple[float, Array]:
+    def linearize(self, x: Array) -> tuple[float, Array]:
         """Return the standard deviation [m] at one cast, shape (3,), and its derivative in SI units, shape (3,)."""
         offsets = (x - self._X_fit) / self._length_scale
         kernel = np.exp(-np.einsum("ij,ij->i", offsets, offsets))
@@ -110,7 +110,7 @@ class LandingUncertainty:
         variance = max(1.0 - float(white @ white), 0.0) + self._regularization
         # d variance / dz = -2 white^T W dk / dz, with dk_n / dz = -2 (z - z_n) k_n
         slope = 4.0 * ((white @ self._whitening) * kernel) @ offsets / self._length_scale
-        log_ratio, log_slope = self._correction.expand(x[np.newaxis])
+        log_ratio, log_slope = self._correction.linearize(x[np.newaxis])
         std = self.fit.scale * float(np.exp(log_ratio[0])) * variance**0.5
         return std, std * (log_slope[0] + slope / (2 * variance))
 

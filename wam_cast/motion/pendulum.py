@@ -1,7 +1,8 @@
-"""String and ball as a pendulum: how fast they swing, and the hand's path that makes the ball follow a given one. No Drake."""
+"""String and ball as a pendulum: how they swing, and the hand's path that makes the ball follow a given one. No Drake."""
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 
 import numpy as np
@@ -48,3 +49,24 @@ def hand_above(
     direction = pull / size
     turning = (jerk_WL - direction * float(direction @ jerk_WL)) / size
     return p_WL + length * direction, v_WL + length * turning
+
+
+def pendulum_derivatives(slant: float, rate: float, frequency: float) -> Array:
+    """Return a free pendulum's place below its hook [m] and four derivatives of it, shape (5, 2): outward and up.
+
+    It hangs `slant` [rad] outward of its hook, and turns outward at `rate` [rad/s]. With theta'' = -omega^2 sin(theta), the place
+    is the complex number -i l exp(i theta), from whose derivatives these follow.
+    """
+    s, c = math.sin(slant), math.cos(slant)
+    first, second = rate, -(frequency**2) * s
+    third = -(frequency**2) * c * first
+    fourth = -(frequency**2) * (c * second - s * first**2)
+    factors = [
+        1.0,
+        1j * first,
+        1j * second - first**2,
+        1j * third - 3 * first * second - 1j * first**3,
+        1j * fourth - 4 * first * third - 3 * second**2 - 6j * first**2 * second + first**4,
+    ]
+    place = -1j * GRAVITY / frequency**2 * complex(c, s) * np.array(factors)
+    return np.column_stack([place.real, place.imag])

@@ -22,7 +22,7 @@ from scipy.optimize import brentq
 
 from wam_cast.arm_model import shoulder_depth
 from wam_cast.constants import GRAVITY
-from wam_cast.motion.pendulum import hand_above, swing_frequency
+from wam_cast.motion.pendulum import hand_above, pendulum_derivatives, swing_frequency
 from wam_cast.motion.spline import QuinticSpline
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array
@@ -33,13 +33,13 @@ Piece = Callable[[float], tuple[Array, Array]]
 REACH = 0.87
 """How far from the shoulder, where the axes of joints 1 to 3 meet, the hand goes with the string taut [m]: the elbow stays bent."""
 
-SLANT = math.radians(20)
+WALL_SLANT = math.radians(20)
 """Of the string from the vertical where it draws the ball against the wall [rad]."""
 
-SLACK, LIFTED = 0.015, 0.010
+PULL_SLACK, PULL_LIFT = 0.015, 0.010
 """The string is drawn tight slowly: from this much slack [m] until the ball hangs this high above the cup's bottom [m]."""
 
-BELOW_RIM = 0.020
+LEAVING_DEPTH = 0.020
 """How far below the rim plane the ball's centre leaves the wall when the hand can be above it [m]."""
 
 CLIMB_SPEED = 0.03
@@ -48,7 +48,7 @@ CLIMB_SPEED = 0.03
 LARGEST_SLANT = 1.2
 """Of the string from the vertical, to which it may be pulled [rad]."""
 
-CLIMB_SLANT = 0.2
+LEAST_CLIMB_SLANT = 0.2
 """Of the string at that, at least [rad]: with less the ball is squeezed between wall and string, and shoots out."""
 
 
@@ -75,6 +75,7 @@ class Return:
         motion = scenario.motion
         self._scenario = scenario
         self._length = scenario.string.length
+        self._shoulder_height = scenario.arm.mount_height - shoulder_depth()
         start = np.array([far, motion.start_height - motion.drop_distance])
         pieces = self._straight_up(start) if cup_radius is None else self._out_of_cup(start, cup_radius)
         self._pieces = [piece for piece, _ in pieces]
@@ -100,26 +101,23 @@ class Return:
         """Return the pieces that draw the ball against the wall and then lift it out, and the way home."""
         motion, cup, ball = self._scenario.motion, self._scenario.cup, self._scenario.ball
         cup_radius = max(cup_radius, motion.start_radius)
-        low = cup.bottom_thickness + ball.radius + LIFTED
+        low = cup.bottom_thickness + ball.radius + PULL_LIFT
         wall = cup_radius - (cup.inner_radius - ball.radius)
         side = -1.0
-        if (
-            wall - self._length * math.sin(SLANT) < motion.start_radius
-        ):  # no room for the hand on the near side
+        if wall - self._length * math.sin(WALL_SLANT) < motion.start_radius:
+            # There is no room for the hand on the near side.
             wall, side = 2 * cup_radius - wall, 1.0
-        slant, slant_on_edge = (
-            self._slant(wall, low, side),
-            self._slant_on_edge(cup_radius - cup.outer_radius),
-        )
+        slant = self._slant(wall, low, side)
+        slant_on_edge = self._slant_on_edge(cup_radius - cup.outer_radius)
         if slant is None or slant_on_edge is None:
             return self._straight_up(start)
         tight = _above(wall, low, side * slant, self._length)
-        slack = tight - (SLACK + LIFTED) * np.array([side * math.sin(slant), math.cos(slant)])
+        slack = tight - (PULL_SLACK + PULL_LIFT) * np.array([side * math.sin(slant), math.cos(slant)])
         drawing: list[tuple[Piece, float]] = [
             (_Line(start, slack, motion.fetch_duration), motion.fetch_duration),
             (_Line(slack, tight, motion.pull_duration), motion.pull_duration),
         ]
-        leave = cup.rim_height - BELOW_RIM
+        leave = cup.rim_height - LEAVING_DEPTH
         if wall > self._reach(leave + self._length):
             return drawing + self._over_the_wall(tight, cup_radius - cup.outer_radius, slant_on_edge)
         slide = _Slide(wall, (low, leave), (side * slant, 0.0), self._length, motion.slide_duration)
@@ -155,18 +153,18 @@ class Return:
             radius, height = _above(edge, self._on_edge, -slant, self._length)
             return float(self._reach(height) - radius)
 
-        if room(CLIMB_SLANT) >= 0:
-            return CLIMB_SLANT
-        return float(brentq(room, CLIMB_SLANT, LARGEST_SLANT)) if room(LARGEST_SLANT) >= 0 else None
+        if room(LEAST_CLIMB_SLANT) >= 0:
+            return LEAST_CLIMB_SLANT
+        return float(brentq(room, LEAST_CLIMB_SLANT, LARGEST_SLANT)) if room(LARGEST_SLANT) >= 0 else None
 
     def _reach(self, height: float) -> float:
         """Return the largest radius [m] at which the hand can be at `height` [m]."""
-        below = self._scenario.arm.mount_height - shoulder_depth() - height
+        below = self._shoulder_height - height
         return math.sqrt(max(REACH**2 - below**2, 0.0))
 
     def _slant(self, wall: float, low: float, side: float) -> float | None:
-        """Return the slant [rad] nearest to `SLANT` at which the hand reaches: the greater, the nearer to the ball's inner side."""
-        slants = np.linspace(SLANT, 0.0 if side > 0 else LARGEST_SLANT, 200)
+        """Return the slant [rad] nearest to `WALL_SLANT` at which the hand reaches: the greater, the nearer to the ball."""
+        slants = np.linspace(WALL_SLANT, 0.0 if side > 0 else LARGEST_SLANT, 200)
         hands = [_above(wall, low, side * slant, self._length) for slant in slants]
         reachable = [radius <= self._reach(height) for radius, height in hands]
         return float(slants[int(np.argmax(reachable))]) if any(reachable) else None
@@ -184,27 +182,6 @@ class Return:
         end = np.zeros((5, 2))
         end[0] = self._home() - [0.0, length]
         return _Shaped(BPoly.from_derivatives([0.0, duration], [start, end]), frequency), duration
-
-
-def pendulum_derivatives(slant: float, rate: float, frequency: float) -> Array:
-    """Return a free pendulum's place below its hook [m] and four derivatives of it, shape (5, 2): outward and up.
-
-    It hangs `slant` [rad] outward of its hook, and turns outward at `rate` [rad/s]. With theta'' = -omega^2 sin(theta), the place
-    is the complex number -i l exp(i theta), from whose derivatives these follow.
-    """
-    s, c = math.sin(slant), math.cos(slant)
-    first, second = rate, -(frequency**2) * s
-    third = -(frequency**2) * c * first
-    fourth = -(frequency**2) * (c * second - s * first**2)
-    factors = [
-        1.0,
-        1j * first,
-        1j * second - first**2,
-        1j * third - 3 * first * second - 1j * first**3,
-        1j * fourth - 4 * first * third - 3 * second**2 - 6j * first**2 * second + first**4,
-    ]
-    place = -1j * GRAVITY / frequency**2 * complex(c, s) * np.array(factors)
-    return np.column_stack([place.real, place.imag])
 
 
 def hand_derivatives(hand: Array, speed: float) -> Array:

@@ -37,14 +37,14 @@ MAX_DEVIATIONS = 8.0
 """Standard deviations beyond which landings are left out."""
 
 
-class Spread(NamedTuple):
+class LandingStd(NamedTuple):
     """Predictive standard deviations of a cast's landing along and across the casting plane [m]."""
 
     along: float
     across: float
 
 
-def clear_offset(scenario: Scenario, entry_angle: float) -> float:
+def clearance(scenario: Scenario, entry_angle: float) -> float:
     """Return the clearance along the casting plane: how far from the cup's axis the ball may land there, off the rim [m].
 
     0 where there is none: the ball is too wide for the cup at that angle [rad].
@@ -52,7 +52,7 @@ def clear_offset(scenario: Scenario, entry_angle: float) -> float:
     return max(scenario.cup.inner_radius - _swept(scenario, entry_angle), 0.0)
 
 
-def clear_half_width(scenario: Scenario, entry_angle: float, along: Array) -> Array:
+def clearance_across(scenario: Scenario, entry_angle: float, along: Array) -> Array:
     """Return the clearance across the casting plane [m] at offsets `along` it [m], each of shape (n,).
 
     -inf where there is none. Every point of the swept ellipse must be within the cup's circle: for an ellipse about (x, y) with
@@ -99,7 +99,7 @@ def scatter_of_move(model: Predictor, parameters: Array, noise: Noise) -> tuple[
     return float(off @ off) / 6, off @ off_gradient / 3
 
 
-def landing_spread(model: Predictor, parameters: Array, noise: Noise) -> Spread:
+def landing_std(model: Predictor, parameters: Array, noise: Noise) -> LandingStd:
     """Return the predictive standard deviations of one cast's landing, for its `parameters`, shape (3,).
 
     They hold the model's own error, and what `noise` makes of the move and the swing. Noise of the torques and the encoders is
@@ -108,11 +108,11 @@ def landing_spread(model: Predictor, parameters: Array, noise: Noise) -> Spread:
     """
     swing = noise.swing * model.scenario.string.length
     mean_square, _ = scatter_of_move(model, parameters, noise)
-    return Spread(math.sqrt(model.expand(parameters).std ** 2 + mean_square + swing**2), swing)
+    return LandingStd(math.sqrt(model.linearize(parameters).std ** 2 + mean_square + swing**2), swing)
 
 
-def clear_entry_probability(
-    scenario: Scenario, entry_angle: float, offset: tuple[float, float], std: Spread
+def rim_clear_probability(
+    scenario: Scenario, entry_angle: float, offset: tuple[float, float], std: LandingStd
 ) -> float:
     """Return the probability of a rim-clear entry: the ball enters the cup without touching its rim.
 
@@ -127,7 +127,7 @@ def clear_entry_probability(
     std
         Standard deviations of the landing about it, normal and independent along and across [m].
     """
-    along = clear_offset(scenario, entry_angle)
+    along = clearance(scenario, entry_angle)
     if along == 0.0:
         return 0.0
     tiny = np.finfo(np.float64).tiny
@@ -138,7 +138,7 @@ def clear_entry_probability(
     )
     nodes, weights = np.polynomial.legendre.leggauss(N_QUADRATURE_NODES)
     deviations = (low + high) / 2 + (high - low) / 2 * nodes
-    half = clear_half_width(scenario, entry_angle, offset[0] + deviations * std.along)
+    half = clearance_across(scenario, entry_angle, offset[0] + deviations * std.along)
     across = std.across + tiny
     inside = np.maximum(ndtr((half - offset[1]) / across) - ndtr((-half - offset[1]) / across), 0.0)
     density = np.exp(-0.5 * deviations**2) / math.sqrt(2 * math.pi)

@@ -7,11 +7,12 @@ from functools import partial
 from typing import Literal, get_args
 
 from wam_cast.cast import Cast, checked_cup
+from wam_cast.deprecation import renamed
 from wam_cast.errors import InputError
 from wam_cast.parallel.threads import one_thread
-from wam_cast.planning.forecast import Prediction
+from wam_cast.planning.cast_prediction import Prediction
 from wam_cast.planning.gradient_descent import plan_by_gradient_descent
-from wam_cast.planning.landing_distribution import Spread
+from wam_cast.planning.landing_distribution import LandingStd
 from wam_cast.planning.prediction import Predictor
 from wam_cast.planning.reach import Reach, checked_polar
 from wam_cast.planning.solution import LONGEST_MISS, SOLVERS, Planner, Solver, checked_solution
@@ -37,16 +38,16 @@ class Plan:
         World (x, y) where the model expects the ball to cross the rim plane [m], shape (2,).
     predicted_miss
         Its distance from the cup's axis [m].
-    predicted_spread
+    predicted_std
         Predictive standard deviations of the landing along and across the casting plane [m]: the model's own error, and the
         scenario's noise of the move and the swing.
     predicted_entry_angle, predicted_entry_speed
         Of the ball at the rim plane: from the vertical [rad], and [m/s].
     predicted_slack
         Of the string from the landing on [m].
-    predicted_peak_load, predicted_peak_speed
+    predicted_peak_torque_utilization, predicted_peak_velocity_utilization
         The largest utilization of the motors' torque limits and of the joints' velocity limits, up to the landing.
-    clear_entry_probability
+    rim_clear_probability
         That the ball enters the cup without touching its rim. It ends in the cup more often than that: most balls that
         touch the rim fall in all the same.
     is_feasible
@@ -70,19 +71,24 @@ class Plan:
     cast: Cast
     predicted_landing: Array
     predicted_miss: float
-    predicted_spread: Spread
+    predicted_std: LandingStd
     predicted_entry_angle: float
     predicted_entry_speed: float
     predicted_slack: float
-    predicted_peak_load: float
-    predicted_peak_speed: float
-    clear_entry_probability: float
+    predicted_peak_torque_utilization: float
+    predicted_peak_velocity_utilization: float
+    rim_clear_probability: float
     is_feasible: bool
     method: str
     n_evaluations: int
     n_solutions: int
     reason: str
     searches: tuple[Array, ...]
+
+    predicted_spread = renamed("predicted_spread", "predicted_std")
+    predicted_peak_load = renamed("predicted_peak_load", "predicted_peak_torque_utilization")
+    predicted_peak_speed = renamed("predicted_peak_speed", "predicted_peak_velocity_utilization")
+    clear_entry_probability = renamed("clear_entry_probability", "rim_clear_probability")
 
 
 def plan_cast(
@@ -120,13 +126,13 @@ def plan_cast(
         cast=prediction.cast,
         predicted_landing=prediction.landing,
         predicted_miss=prediction.miss,
-        predicted_spread=prediction.spread,
+        predicted_std=prediction.std,
         predicted_entry_angle=prediction.entry_angle,
         predicted_entry_speed=prediction.entry_speed,
         predicted_slack=prediction.slack,
-        predicted_peak_load=prediction.peak_load,
-        predicted_peak_speed=prediction.peak_speed,
-        clear_entry_probability=prediction.clear_entry_probability,
+        predicted_peak_torque_utilization=prediction.peak_torque_utilization,
+        predicted_peak_velocity_utilization=prediction.peak_velocity_utilization,
+        rim_clear_probability=prediction.rim_clear_probability,
         is_feasible=prediction.miss <= LONGEST_MISS,
         method=name,
         n_evaluations=solution.n_evaluations,

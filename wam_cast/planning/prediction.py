@@ -13,17 +13,19 @@ OUTPUTS = (
     "entry_angle",
     "entry_speed",
     "slack",
-    "peak_load",
-    "peak_speed",
+    "peak_torque_utilization",
+    "peak_velocity_utilization",
 )
 """What is predicted of a cast: landing along and across the casting plane [m], entry angle [rad] and speed [m/s], slack of the
 string from the landing on [m], and the peak torque and velocity utilization over the joints."""
 
-ALONG, ACROSS, ENTRY_ANGLE, ENTRY_SPEED, SLACK, PEAK_LOAD, PEAK_SPEED = range(len(OUTPUTS))
+ALONG, ACROSS, ENTRY_ANGLE, ENTRY_SPEED, SLACK, PEAK_TORQUE_UTILIZATION, PEAK_VELOCITY_UTILIZATION = range(
+    len(OUTPUTS)
+)
 """The columns of a prediction."""
 
 
-class Expansion(NamedTuple):
+class Linearization(NamedTuple):
     """A model linearized about one cast; derivatives by `[distance, speed, wait]` in SI units."""
 
     outputs: Array
@@ -48,18 +50,18 @@ class Predictor(Protocol):
         """The smallest and the largest distance of a cup from the base axis [m]."""
 
     @property
-    def known_casts(self) -> Array:
+    def training_casts(self) -> Array:
         """Casts with known landings, shape (m, 3): where a search may start."""
 
     @property
-    def known_outputs(self) -> Array:
+    def training_outputs(self) -> Array:
         """What became of them, columns as of a prediction, shape (m, 7)."""
 
     def predict(self, casts: Array) -> Array:
         """Return the prediction, shape (n, 7), for casts of shape (n, 3)."""
 
-    def expand(self, cast: Array) -> Expansion:
-        """Return the `Expansion` about one cast, shape (3,)."""
+    def linearize(self, cast: Array) -> Linearization:
+        """Return the `Linearization` about one cast, shape (3,)."""
 
     def landing_with_gradient(self, casts: Array) -> tuple[Array, Array]:
         """Return the landing along the plane [m] of casts of shape (n, 3), shape (n,), and its derivative, shape (n, 3)."""

@@ -29,10 +29,10 @@ from wam_cast.planning.landing_distribution import (
 from wam_cast.planning.prediction import (
     ALONG,
     ENTRY_ANGLE,
-    PEAK_LOAD,
-    PEAK_SPEED,
+    PEAK_TORQUE_UTILIZATION,
+    PEAK_VELOCITY_UTILIZATION,
     SLACK,
-    Expansion,
+    Linearization,
     Predictor,
 )
 from wam_cast.planning.solution import Solution, Solver
@@ -136,7 +136,7 @@ class Evaluator:
         self.n_evaluations = 0
         self.visited: list[Array] = []
         self._last_key = b""
-        self._last: Expansion
+        self._last: Linearization
 
     def cast(self, scaled: Array) -> Array:
         """Return `[distance, speed, wait]` of scaled parameters, each of shape (3,)."""
@@ -172,7 +172,7 @@ class Evaluator:
         value_slope = (slope / (2 * variance) - clearance_slope / clearance) * self.span
         return np.array([value]), value_slope[np.newaxis]
 
-    def _clearance(self, linearization: Expansion) -> tuple[float, Array]:
+    def _clearance(self, linearization: Linearization) -> tuple[float, Array]:
         """Return by how much the landing may be off along the casting plane [m], smooth and positive, and its derivative."""
         cup, ball = self._scenario.cup.inner_radius, self._scenario.ball.radius
         angle = float(linearization.outputs[ENTRY_ANGLE]) if "entry angle" in self._terms else 0.0
@@ -182,12 +182,12 @@ class Evaluator:
         soft = CLEARANCE_SOFTNESS * float(np.logaddexp(0.0, exact))
         return soft, slope * expit(exact) * linearization.gradient[ENTRY_ANGLE]
 
-    def _linearize(self, scaled: Array) -> Expansion:
+    def _linearize(self, scaled: Array) -> Linearization:
         key = scaled.tobytes()
         if key != self._last_key:
             self.n_evaluations += 1
             self.visited.append(self.cast(scaled))
-            self._last_key, self._last = key, self._model.expand(self.visited[-1])
+            self._last_key, self._last = key, self._model.linearize(self.visited[-1])
         return self._last
 
 
@@ -228,7 +228,7 @@ def build_program(model: Predictor, radius: float, *, without: tuple[Term, ...] 
         slack = MIN_SLACK * scenario.string.length
         constrain(f"slack of the string, at least {1e3 * slack:.3g} mm", SLACK, LANDING_UNIT, slack, np.inf)
     if "limits" in terms:
-        for name, column in (("torque", PEAK_LOAD), ("velocity", PEAK_SPEED)):
+        for name, column in (("torque", PEAK_TORQUE_UTILIZATION), ("velocity", PEAK_VELOCITY_UTILIZATION)):
             words = f"{name} utilization, at most {MAX_UTILIZATION:.0%}"
             constrain(words, column, 1.0, -np.inf, MAX_UTILIZATION)
     words = "standard deviation by clearance, logarithm"
@@ -310,8 +310,8 @@ def _search(built: CastProgram, start: Array, radius: float, solver: Solver) -> 
 
 def _starts(model: Predictor, evaluator: Evaluator, radius: float) -> list[Array]:
     """Return training casts, in scaled parameters, of those that landed near `radius`: the best first, and none like another."""
-    nearby = np.argsort(np.abs(model.known_outputs[:, ALONG] - radius), kind="stable")[:N_NEARBY]
-    scaled = (model.known_casts[nearby] - evaluator.lower) / evaluator.span
+    nearby = np.argsort(np.abs(model.training_outputs[:, ALONG] - radius), kind="stable")[:N_NEARBY]
+    scaled = (model.training_casts[nearby] - evaluator.lower) / evaluator.span
     order = np.argsort([evaluator.cost(one)[0][0] for one in scaled], kind="stable")
     return _distinct(scaled[order], MIN_START_DISTANCE)[:N_STARTS]
 

@@ -25,13 +25,13 @@ DIFFERENTIALS = ((1, 2), (4, 5))
 def saturate(torque: Array, limits: Array) -> Array:
     """Return `torque` within what the motors give, each array [N m] of shape (7,).
 
-    Joints of their own are clipped. The two joints of a differential load the same motors: |tau_a| / limit_a +
+    Joints of their own are clipped. The two joints of a differential use the same motors: |tau_a| / limit_a +
     |tau_b| / limit_b <= 1, and a pair beyond it is scaled, which keeps its direction.
     """
-    return np.asarray(torque / np.maximum(motor_load(torque, limits), 1.0))
+    return np.asarray(torque / np.maximum(torque_utilization(torque, limits), 1.0))
 
 
-def motor_load(torque: Array, limits: Array) -> Array:
+def torque_utilization(torque: Array, limits: Array) -> Array:
     """Return the utilization of each joint's motors by `torque`, shape (..., 7); a differential's joints have the pair's."""
     load = np.abs(torque) / limits
     for a, b in DIFFERENTIALS:
@@ -93,11 +93,13 @@ class MeasuredArm:
         return np.asarray(-self.plant.CalcGravityGeneralizedForces(self.context))
 
 
-class HandState(NamedTuple):
-    """Position p_WE [m] and velocity v_WE [m/s] of the hand, (3,) each."""
+class Desired(NamedTuple):
+    """What the hand is to do: position p_WE [m] and velocity v_WE [m/s], (3,) each, at a time [s] from the start of the motion."""
 
     p_WE: Array
     v_WE: Array
+    time: float
+    motion: CastMotion
 
 
 class ArmController(LeafSystem):
@@ -161,16 +163,16 @@ class ArmController(LeafSystem):
         self.DeclareVectorOutputPort("hand_desired", 6, self._calc_hand_desired, {time, cast})
         self.DeclareVectorOutputPort("stage", 1, self._calc_stage, {time, cast})
 
-    def torque(self, t: float, arm: MeasuredArm, desired: HandState, motion: CastMotion) -> Array:
-        """Return the torque [N m], (7,), that the motors are to give at time `t` [s] from the start of the `motion`."""
+    def torque(self, arm: MeasuredArm, desired: Desired) -> Array:
+        """Return the torque [N m], (7,), that the motors are to give."""
         raise NotImplementedError
 
-    def hand_desired(self, t: float, motion: CastMotion) -> tuple[Array, Array]:
+    def hand_desired(self, time: float, motion: CastMotion) -> tuple[Array, Array]:
         """Return p_WE [m] and v_WE [m/s], (3,) each, that the hand is to have; the tracking error counts from there.
 
         Here, those of the `motion`; a controller that follows another reference returns its own, or nan if it has none.
         """
-        return motion.evaluate(t)
+        return motion.evaluate(time)
 
     def set_cast(
         self, context: Context, cast: Cast, *, start_bearing: float = 0.0, cup_radius: float | None = None
@@ -192,14 +194,14 @@ class ArmController(LeafSystem):
         value.set_value(CastMotion(self.scenario, cast, start_bearing=start_bearing, cup_radius=cup_radius))
 
     def _calc_desired(self, context: Context, value: AbstractValue) -> None:
-        value.set_value(HandState(*self.hand_desired(context.get_time(), self._motion.Eval(context))))
+        time, motion = context.get_time(), self._motion.Eval(context)
+        value.set_value(Desired(*self.hand_desired(time, motion), time, motion))
 
     def _calc_arm(self, context: Context, value: AbstractValue) -> None:
         value.get_value().measure(self._input.Eval(context))
 
     def _calc_actuation(self, context: Context, output: BasicVector) -> None:
-        evaluated = (entry.Eval(context) for entry in (self._arm, self._desired, self._motion))
-        torque = self.torque(context.get_time(), *evaluated)
+        torque = self.torque(self._arm.Eval(context), self._desired.Eval(context))
         output.SetFromVector(saturate(torque, self.torque_limits))
 
     def _calc_hand(self, context: Context, output: BasicVector) -> None:
@@ -207,7 +209,8 @@ class ArmController(LeafSystem):
         output.SetFromVector(np.concatenate([arm.p_WE, arm.v_WE]))
 
     def _calc_hand_desired(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(np.concatenate(self._desired.Eval(context)))
+        desired: Desired = self._desired.Eval(context)
+        output.SetFromVector(np.concatenate([desired.p_WE, desired.v_WE]))
 
     def _calc_stage(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector([self._motion.Eval(context).stage(context.get_time())])
@@ -234,20 +237,20 @@ class CastController(ArmController):
         self._posture_gain = np.hstack([np.diag(gains.posture_stiffness), np.diag(gains.posture_damping)])
         self._rest_state = np.concatenate([starting_posture(self.plant, scenario), np.zeros(N_ARM)])
 
-    def torque(self, t: float, arm: MeasuredArm, desired: HandState, motion: CastMotion) -> Array:
+    def torque(self, arm: MeasuredArm, desired: Desired) -> Array:
         """Return the law's torque [N m], (7,)."""
         J = arm.Jv_WE
         u_x = self._kp * (desired.p_WE - arm.p_WE) + self._kd * (desired.v_WE - J @ arm.v)
-        posture = self._posture_gain @ (self._posture(t, motion) - arm.state)
+        posture = self._posture_gain @ (self._posture(desired) - arm.state)
         # dposv solves a positive definite system without the checks that cost numpy.linalg.solve most of its time.
         _, force_of_posture, failed = dposv(J @ J.T, J @ posture)
         if failed:  # a straight arm cannot push along itself
             force_of_posture = np.linalg.lstsq(J.T, posture)[0]
         return np.asarray(J.T @ (u_x - force_of_posture) + posture + arm.holding_torque)
 
-    def _posture(self, t: float, motion: CastMotion) -> Array:
+    def _posture(self, desired: Desired) -> Array:
         """Return the arm's state (14,) that the null space keeps: the starting posture, which turns along."""
-        bearing, rate = motion.bearing(t)
+        bearing, rate = desired.motion.bearing(desired.time)
         state = self._rest_state.copy()
         state[0], state[N_ARM] = -bearing, -rate
         return state

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from pydrake.common import MemoryFile
@@ -27,7 +26,7 @@ def cup_profile(cup: Cup) -> list[tuple[float, float]]:
     ]
 
 
-def cup_mesh(cup: Cup) -> Any:
+def cup_mesh(cup: Cup) -> Mesh:
     """Return the cup's surface as a Drake `Mesh` in the cup's frame C, round about its axis and sharp at its edges."""
     corners = cup_profile(cup)
     bands = [_band(*pair, 2 * N_SIDES * i) for i, pair in enumerate(pairwise(corners))]

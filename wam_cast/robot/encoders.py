@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from pydrake.systems.framework import LeafSystem
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
 from wam_cast.robot.plant import N_ARM
 from wam_cast.types import Array
 
 
-def encoder_resolution(plant: Any, counts: int) -> Array:
+def encoder_resolution(plant: MultibodyPlant, counts: int) -> Array:
     """Return what one count of a motor's encoder is at its joint [rad], shape (7,); `counts` are those of a revolution."""
     actuators = (plant.get_joint_actuator(index) for index in plant.GetJointActuatorIndices())
     return np.array([2 * np.pi / (counts * actuator.default_gear_ratio()) for actuator in actuators])
 
 
 class Encoders(LeafSystem):
-    """Rounds angles to whole counts, and speeds to whole counts in a control period.
+    """Rounds angles to integer counts, and speeds to integer counts in a control period.
 
     The speeds are as coarse as a difference of two samples, but not late as that would be.
 
@@ -40,5 +39,5 @@ class Encoders(LeafSystem):
         self._input = self.DeclareVectorInputPort("arm_state", 2 * N_ARM)
         self.DeclareVectorOutputPort("measured", 2 * N_ARM, self._calc_measured, {self._input.ticket()})
 
-    def _calc_measured(self, context: Any, output: Any) -> None:
+    def _calc_measured(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(np.rint(self._input.Eval(context) / self._unit) * self._unit)

@@ -9,21 +9,20 @@ from __future__ import annotations
 import math
 from enum import IntEnum
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 from pydrake.common.value import Value
-from pydrake.multibody.tree import UniformGravityFieldElement
-from pydrake.systems.framework import AbstractParameterIndex, LeafSystem
+from pydrake.systems.framework import AbstractParameterIndex, BasicVector, Context, LeafSystem
 
 from wam_cast.cast import Cast
+from wam_cast.constants import GRAVITY
 from wam_cast.robot.controller import saturate
 from wam_cast.robot.plant import N_ARM
 from wam_cast.scenario import Noise, Scenario
 from wam_cast.types import Array
 
-LEAST_SHARE = 0.1
-"""Of its command, to which noise may lower a distance or a speed."""
+LOWEST_OF_COMMAND = 0.1
+"""To which fraction of its command noise may lower a distance or a speed."""
 
 CHUNK = 512
 """Samples whose torque noise is drawn at once."""
@@ -47,7 +46,9 @@ def executed_cast(noise: Noise, cast: Cast, noise_seed: int) -> Cast:
     deviates = random_stream(noise_seed, Source.MOVE).standard_normal(3)
     command = cast.to_array()
     executed = command + [noise.distance, noise.speed, noise.wait] * deviates
-    return Cast.from_array(np.maximum(executed, [LEAST_SHARE, LEAST_SHARE, 0] * command), cast.bearing)
+    return Cast.from_array(
+        np.maximum(executed, [LOWEST_OF_COMMAND, LOWEST_OF_COMMAND, 0] * command), cast.bearing
+    )
 
 
 def swing_at_start(scenario: Scenario, noise_seed: int) -> tuple[Array, Array]:
@@ -57,7 +58,7 @@ def swing_at_start(scenario: Scenario, noise_seed: int) -> tuple[Array, Array]:
     larger by the pendulum's frequency, so that every phase is as likely.
     """
     angles, phases = scenario.noise.swing * random_stream(noise_seed, Source.SWING).standard_normal((2, 2))
-    return angles, math.sqrt(UniformGravityFieldElement.kDefaultStrength / scenario.string.length) * phases
+    return angles, math.sqrt(GRAVITY / scenario.string.length) * phases
 
 
 def torque_deviates(noise_seed: int, sample: int) -> Array:
@@ -86,7 +87,7 @@ class TorqueNoise(LeafSystem):
     Parameters
     ----------
     share
-        Standard deviation as a share of each joint's limit.
+        Standard deviation as a fraction of each joint's limit.
     limits
         Of the torques [N m], shape (7,).
     period
@@ -97,18 +98,18 @@ class TorqueNoise(LeafSystem):
         super().__init__()
         self._deviation, self._limits, self._period = share * limits, limits, period
         self._input = self.DeclareVectorInputPort("commanded", N_ARM)
-        # A Python object, since a number of Drake's could not hold every whole number.
+        # A Python object, since a number of Drake's could not hold every integer.
         self._seed_index = self.DeclareAbstractParameter(Value[object](0))
         seed_ticket = self.abstract_parameter_ticket(AbstractParameterIndex(self._seed_index))
         self.DeclareVectorOutputPort(
             "torque", N_ARM, self._calc_torque, {self._input.ticket(), seed_ticket, self.time_ticket()}
         )
 
-    def set_seed(self, context: Any, noise_seed: int) -> None:
+    def set_seed(self, context: Context, noise_seed: int) -> None:
         """Set the noise seed in this system's own `context`."""
         context.get_mutable_abstract_parameter(self._seed_index).set_value(noise_seed)
 
-    def _calc_torque(self, context: Any, output: Any) -> None:
+    def _calc_torque(self, context: Context, output: BasicVector) -> None:
         # A sample's time may fall short of it by rounding.
         sample = math.floor(context.get_time() / self._period + 1e-6)
         seed = context.get_abstract_parameter(self._seed_index).get_value()

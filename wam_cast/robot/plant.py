@@ -10,14 +10,21 @@ import logging
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
 
 import numpy as np
 from pydrake.geometry import AddContactMaterial, Box, Cylinder, ProximityProperties, Sphere
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
-from pydrake.multibody.tree import FixedOffsetFrame, SpatialInertia, UnitInertia, UniversalJoint
+from pydrake.multibody.tree import (
+    FixedOffsetFrame,
+    Frame,
+    ModelInstanceIndex,
+    RigidBody,
+    SpatialInertia,
+    UnitInertia,
+    UniversalJoint,
+)
 from scipy.optimize import brentq
 
 from wam_cast.arm_model import arm_model_path
@@ -50,7 +57,7 @@ FLOOR_RADIUS = 1.5
 """Of the round patch of floor that is drawn [m]; contact knows a larger one."""
 
 
-def add_arm(plant: Any, scenario: Scenario) -> Any:
+def add_arm(plant: MultibodyPlant, scenario: Scenario) -> ModelInstanceIndex:
     """Add the WAM, hanging from the ceiling above the world's origin; return its model instance."""
     with _quiet_about_joint_friction():
         (arm,) = Parser(plant).AddModels(arm_model_path())
@@ -59,7 +66,7 @@ def add_arm(plant: Any, scenario: Scenario) -> Any:
     return arm
 
 
-def add_string(plant: Any, string: String, parent_frame: Any) -> Any:
+def add_string(plant: MultibodyPlant, string: String, parent_frame: Frame) -> Frame:
     """Add the string below `parent_frame` and return the frame at its end.
 
     A universal joint turns about x of its parent first, then about y of its child, and is singular where the second angle
@@ -87,7 +94,9 @@ def add_string(plant: Any, string: String, parent_frame: Any) -> Any:
     return parent_frame
 
 
-def add_ball(plant: Any, ball: Ball, string_end: Any, contact: Any = None) -> Any:
+def add_ball(
+    plant: MultibodyPlant, ball: Ball, string_end: Frame, contact: ProximityProperties | None = None
+) -> RigidBody:
     """Add the ball, its centre at the string's end; return its body. `contact`: proximity properties, or none."""
     inertia = SpatialInertia.SolidSphereWithMass(ball.mass, ball.radius)
     body = plant.AddRigidBody("ball", plant.AddModelInstance("ball"), inertia)
@@ -115,7 +124,7 @@ def hunt_crossley_dissipation(restitution: float) -> float:
     return float(brentq(mismatch, 1e-6, (1 - 1e-12) / restitution)) / IMPACT_SPEED
 
 
-def contact_material(cup: Cup) -> Any:
+def contact_material(cup: Cup) -> ProximityProperties:
     """Return the proximity properties that ball, cup and floor share."""
     properties = ProximityProperties()
     AddContactMaterial(
@@ -129,7 +138,7 @@ def contact_material(cup: Cup) -> Any:
     return properties
 
 
-def add_cup(plant: Any, cup: Cup) -> None:
+def add_cup(plant: MultibodyPlant, cup: Cup) -> None:
     """Add the cup, a hollow cylinder with an open top, and the floor; the cup's frame C is at the rim's centre.
 
     Its wall is a ring of boxes for contact, whose inner faces touch the inner radius. Where the cup stands is the pose of
@@ -162,25 +171,25 @@ def add_cup(plant: Any, cup: Cup) -> None:
     plant.RegisterVisualGeometry(plant.world_body(), X_WPatch, patch, "floor", FLOOR_COLOR)
 
 
-def add_hook(plant: Any) -> Any:
+def add_hook(plant: MultibodyPlant) -> Frame:
     """Add and return the frame on the tool plate from which the string hangs: x normal to the casting plane, z out of the plate."""
     X_EHook = RigidTransform(RotationMatrix.MakeZRotation(np.pi / 2))
     return plant.AddFrame(FixedOffsetFrame("hook", plant.GetFrameByName("tool_plate"), X_EHook))
 
 
-def fill_plant(plant: Any, scenario: Scenario) -> None:
+def fill_plant(plant: MultibodyPlant, scenario: Scenario) -> None:
     """Add arm, string and ball to an empty plant, the cup and the floor if it has geometry, and finalize it."""
-    has_scene = plant.geometry_source_is_registered()
+    has_geometry = plant.geometry_source_is_registered()
     add_arm(plant, scenario)
     string_end = add_string(plant, scenario.string, add_hook(plant))
-    add_ball(plant, scenario.ball, string_end, contact_material(scenario.cup) if has_scene else None)
-    if has_scene:
+    add_ball(plant, scenario.ball, string_end, contact_material(scenario.cup) if has_geometry else None)
+    if has_geometry:
         add_cup(plant, scenario.cup)
     plant.Finalize()
     plant.set_stiction_tolerance(STICTION_SPEED)
 
 
-def make_arm_plant(scenario: Scenario) -> Any:
+def make_arm_plant(scenario: Scenario) -> MultibodyPlant:
     """Return a finalized plant of the arm alone: the controller's own model of it."""
     plant = MultibodyPlant(time_step=0.0)
     add_arm(plant, scenario)
@@ -188,7 +197,7 @@ def make_arm_plant(scenario: Scenario) -> Any:
     return plant
 
 
-def starting_posture(arm_plant: Any, scenario: Scenario, bearing: float = 0.0) -> Array:
+def starting_posture(arm_plant: MultibodyPlant, scenario: Scenario, bearing: float = 0.0) -> Array:
     """Return the joint angles [rad], shape (7,), that put the hand at the start of a cast, elbow bent forward.
 
     With joints 3, 5 and 7 at zero the arm is a planar linkage of two bars, from the shoulder to the elbow's axis and from
@@ -247,7 +256,7 @@ def _pitch(bar: Array) -> float:
     return math.atan2(bar[0], bar[1])
 
 
-def hanging_positions(plant: Any, q_arm: Array) -> Array:
+def hanging_positions(plant: MultibodyPlant, q_arm: Array) -> Array:
     """Return all positions of a plant from `fill_plant`, the arm at `q_arm` and the string hanging straight down."""
     context = plant.CreateDefaultContext()
     q = np.zeros(plant.num_positions())

@@ -1,20 +1,18 @@
-"""CastStation: the diagram of the whole robot, its parts by name and its exported ports. Wiring only."""
+"""CastStation: the diagram of the whole robot, its parts by name and its exported ports: how they are wired, started and logged."""
 
 from __future__ import annotations
 
 import inspect
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.common.value import AbstractValue
 from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, SceneGraph
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, LeafSystem, OutputPort
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, OutputPort
 from pydrake.systems.primitives import Adder, LogVectorOutput, MatrixGain, Saturation, ZeroOrderHold
 
 from wam_cast.arm_model import arm_coulomb_friction
@@ -22,6 +20,7 @@ from wam_cast.cast import Cast
 from wam_cast.casting_plane import to_casting_plane
 from wam_cast.errors import InputError
 from wam_cast.motion.stages import CastMotion
+from wam_cast.robot.ball_tracker import BallTracker
 from wam_cast.robot.controller import CastController
 from wam_cast.robot.encoders import Encoders, encoder_resolution
 from wam_cast.robot.noise import TorqueNoise, executed_cast, swing_at_start
@@ -33,6 +32,7 @@ from wam_cast.robot.plant import (
     make_arm_plant,
     starting_posture,
 )
+from wam_cast.robot.station_state import StationState
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array, Position
 
@@ -72,44 +72,6 @@ class Log(NamedTuple):
         return Log(*map(np.concatenate, zip(self, later, strict=True)))
 
 
-class PartState(NamedTuple):
-    """The state of one system: continuous, discrete by group, and abstract."""
-
-    continuous: Array
-    discrete: list[Array]
-    abstract: list[AbstractValue]
-
-
-@dataclass(frozen=True, eq=False)
-class StationState:
-    """The time [s], and the state of plant, controller and held torque: a station with contact takes it from one without."""
-
-    time: float
-    parts: tuple[PartState, ...]
-
-
-class BallTracker(LeafSystem):
-    """Picks the ball out of the plant's body poses and velocities: -> position p_WL [m] (3), velocity v_WL [m/s] (3)."""
-
-    def __init__(self, plant: MultibodyPlant) -> None:
-        super().__init__()
-        self._ball = plant.GetBodyByName("ball").index()
-        poses, velocities = (
-            plant.get_body_poses_output_port(),
-            plant.get_body_spatial_velocities_output_port(),
-        )
-        self._poses = self.DeclareAbstractInputPort("body_poses", poses.Allocate())
-        self._velocities = self.DeclareAbstractInputPort("body_spatial_velocities", velocities.Allocate())
-        self.DeclareVectorOutputPort("position", 3, self._calc_position, {self._poses.ticket()})
-        self.DeclareVectorOutputPort("velocity", 3, self._calc_velocity, {self._velocities.ticket()})
-
-    def _calc_position(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._poses.Eval(context)[self._ball].translation())
-
-    def _calc_velocity(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._velocities.Eval(context)[self._ball].translational())
-
-
 class CastStation:
     """The arm, the string, the ball and the cup under a controller, as a Drake diagram.
 
@@ -123,7 +85,7 @@ class CastStation:
     scenario
         What is built.
     has_scene
-        With geometry: the cup and the floor, contact, and what can be seen. Without, the plant is the same but the ball meets
+        With geometry: the cup and the floor, contact, and what can be seen. Without, the plant is the same but the ball touches
         nothing, which simulates faster.
     controller
         In place of `CastController`: an `ArmController`, or any LeafSystem with the ports `arm_state` and `actuation`, and a
@@ -166,7 +128,6 @@ class CastStation:
             "hold", ZeroOrderHold(scenario.controller.period, N_ARM)
         )
         self.ball_tracker: BallTracker = builder.AddNamedSystem("ball_tracker", BallTracker(self.plant))
-        self._systems_with_state = (self.plant, self.controller, self.hold)
         self._connect(builder)
         self._export(builder)
         self._add_logs(builder)
@@ -335,27 +296,12 @@ class CastStation:
         mount.SetPoseInParentFrame(self.plant.GetMyMutableContextFromRoot(context), X_WC)
 
     def state(self, context: Context) -> StationState:
-        """Return the time and the state in the diagram's `context`."""
-        parts = []
-        for system in self._systems_with_state:
-            own = system.GetMyContextFromRoot(context)
-            continuous = own.get_continuous_state_vector().CopyToVector()
-            discrete = [
-                own.get_discrete_state(i).value().copy() for i in range(own.num_discrete_state_groups())
-            ]
-            abstract = [own.get_abstract_state(i).Clone() for i in range(own.num_abstract_states())]
-            parts.append(PartState(continuous, discrete, abstract))
-        return StationState(context.get_time(), tuple(parts))
+        """Return the time in the diagram's `context`, and the state of plant, controller and held torque."""
+        return StationState.of(context, (self.plant, self.controller, self.hold))
 
     def set_state(self, context: Context, state: StationState) -> None:
-        """Give the diagram's `context` the state that another one had; its time stays."""
-        for system, part in zip(self._systems_with_state, state.parts, strict=True):
-            own = system.GetMyMutableContextFromRoot(context)
-            own.get_mutable_continuous_state_vector().SetFromVector(part.continuous)
-            for i, values in enumerate(part.discrete):
-                own.SetDiscreteState(i, values)
-            for i, value in enumerate(part.abstract):
-                own.get_mutable_abstract_state(i).SetFrom(value)
+        """Give the diagram's `context` the state that one of this station or of another kind had; its time stays."""
+        state.put_into(context, (self.plant, self.controller, self.hold))
 
     def logged(self, context: Context) -> Log:
         """Return the logs in `context`."""

@@ -13,7 +13,8 @@ from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 from pydrake.systems.framework import LeafSystem
 
 from wam_cast.motion.stages import Stage
-from wam_cast.robot.station import CastStation, Log, StationState
+from wam_cast.robot.station import CastStation, Log
+from wam_cast.robot.station_state import StationState
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.ball_and_cup import REST_RISE, is_inside, possible_rise
 from wam_cast.simulation.contact_free import ContactFree

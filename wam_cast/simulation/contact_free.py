@@ -14,10 +14,11 @@ from pydrake.systems.framework import LeafSystem
 
 from wam_cast.cast import Cast
 from wam_cast.motion.stages import CastMotion, Stage
-from wam_cast.robot.station import CastStation, Log, StationState
+from wam_cast.robot.station import CastStation, Log
+from wam_cast.robot.station_state import StationState
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.ball_and_cup import SLACK_MARGIN, gap_to_contact
-from wam_cast.simulation.integration_step import flight_step
+from wam_cast.simulation.integration_step import integration_step
 from wam_cast.simulation.polling import CONTACT_POLL_PERIODS, POLL_PERIODS, DivergedError, advance, poll_ball
 from wam_cast.types import Array, Position
 
@@ -84,7 +85,7 @@ class ContactFreePhase:
 
     def __init__(self, scenario: Scenario, controller: LeafSystem) -> None:
         self.station = CastStation(scenario, has_scene=False, controller=controller)
-        self.step = flight_step(self.station)
+        self.step = integration_step(self.station)
         self._scenario = scenario
         self._simulator = Simulator(self.station.diagram)
         ResetIntegratorFromFlags(self._simulator, "runge_kutta2", self.step)
@@ -131,7 +132,7 @@ class ContactFreePhase:
             noise_seed=noise_seed,
             log=self.station.logged(self._simulator.get_context()),
             above_until=above_until,
-            hand_over=hand_over or self._state(),
+            hand_over=self._state() if hand_over is None else hand_over,
             comes_near=hand_over is not None,
             has_diverged=has_diverged,
         )

@@ -1,4 +1,4 @@
-"""How long the steps of the flight's integrator may be."""
+"""How long the steps of the contact-free phase's integrator may be."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MODE_MARGIN = 1.5
 """How much faster than the hanging string's modes those of a folded one were seen to decay, and of a pulled one to vibrate."""
 
 
-def flight_step(station: CastStation) -> float:
+def integration_step(station: CastStation) -> float:
     """Return the longest step [s] that divides the control period and that neither damping nor vibration make unstable.
 
     A step h of a method of second order multiplies a mode of eigenvalue s by 1 + s h + (s h)^2 / 2: too long a step blows

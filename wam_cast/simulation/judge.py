@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 from wam_cast.casting_plane import to_casting_plane
 from wam_cast.motion.stages import Stage
-from wam_cast.robot.controller import motor_load
+from wam_cast.robot.controller import torque_utilization
 from wam_cast.robot.plant import N_ARM
 from wam_cast.robot.station import Log
 from wam_cast.scenario import Cup, Scenario
@@ -94,8 +94,8 @@ class Judge:
             is_slack=bool(slack[0] > SLACK_MARGIN * self._scenario.string.length),
             slack=float(np.min(slack)),
             miss=math.nan if free.cup is None else float(np.linalg.norm(landing - free.cup)),
-            peak_load=load,
-            peak_speed=speed,
+            peak_torque_utilization=load,
+            peak_velocity_utilization=speed,
             peak_tracking_error=self._peak_tracking_error(log),
             limits_hit=limits_hit,
             end_time=float(log.times[-1]),
@@ -111,7 +111,7 @@ class Judge:
 
     def _limits_used(self, log: Log) -> tuple[Array, Array]:
         """Return the peak utilization of the torque and velocity limits, (7,) each."""
-        load = motor_load(log.torques, self._torque_limits).max(axis=0, initial=0.0)
+        load = torque_utilization(log.torques, self._torque_limits).max(axis=0, initial=0.0)
         speed = np.abs(log.states[:, self._n_q : self._n_q + N_ARM]) / self._speed_limits
         return load, speed.max(axis=0, initial=0.0)
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
+from pydrake.multibody.plant import MultibodyPlant
 
 from wam_cast.types import Array
 
@@ -12,7 +11,7 @@ from wam_cast.types import Array
 class Kinematics:
     """Evaluates a station's `plant` at states other than its simulation's."""
 
-    def __init__(self, plant: Any) -> None:
+    def __init__(self, plant: MultibodyPlant) -> None:
         self._plant = plant
         self._context = plant.CreateDefaultContext()
         self._ball = plant.GetBodyByName("ball")

@@ -7,6 +7,7 @@ from enum import StrEnum
 
 import numpy as np
 
+from wam_cast.deprecation import renamed
 from wam_cast.types import Array
 
 
@@ -63,7 +64,7 @@ class Outcome:
         below the rim plane, as if there were no cup; nan if it never landed.
     miss
         Horizontal distance from the landing to the cup's axis [m]; nan without a cup.
-    peak_load, peak_speed
+    peak_torque_utilization, peak_velocity_utilization
         Per joint, the peak utilization of the motors' torque and of the velocity limit, each of shape (7,).
     peak_tracking_error
         The hand's largest distance from the controller's reference, its port `hand_desired` [m]; nan if it has no such port.
@@ -86,12 +87,15 @@ class Outcome:
     is_slack: bool
     slack: float
     miss: float
-    peak_load: Array
-    peak_speed: Array
+    peak_torque_utilization: Array
+    peak_velocity_utilization: Array
     peak_tracking_error: float
     limits_hit: tuple[str, ...]
     end_time: float
     return_faults: tuple[str, ...] = ()
+
+    peak_load = renamed("peak_load", "peak_torque_utilization")
+    peak_speed = renamed("peak_speed", "peak_velocity_utilization")
 
     @property
     def is_caught(self) -> bool:

@@ -15,7 +15,7 @@ import numpy as np
 from pydrake.systems.framework import LeafSystem
 
 from wam_cast.cast import Cast, checked_cup
-from wam_cast.errors import InputError, checked_whole_number
+from wam_cast.errors import InputError, checked_integer
 from wam_cast.robot.controller import CastController
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.contact import Contact, ContactPhase
@@ -132,7 +132,7 @@ class CastSimulator:
     def _sequence(
         self, throws: Sequence[Throw], noise_seed: int, *, returns_at_end: bool
     ) -> Iterator[Simulated]:
-        noise_seed = checked_whole_number("noise_seed", noise_seed, 0)
+        noise_seed = checked_integer("noise_seed", noise_seed, 0)
         for throw in throws:  # before anything is simulated
             checked_cup(throw.cup)
             self._contact_free.station.check_bearing(throw.cast.bearing, is_first=throw is throws[0])
@@ -151,7 +151,7 @@ class CastSimulator:
         self, cast: Cast, cup: Position | None, noise_seed: int, start: Start | None = None
     ) -> Simulated:
         cup = None if cup is None else checked_cup(cup)
-        free = self._contact_free.run(cast, cup, checked_whole_number("noise_seed", noise_seed, 0), start)
+        free = self._contact_free.run(cast, cup, checked_integer("noise_seed", noise_seed, 0), start)
         contact = self._contact.settle(free) if free.comes_near and not free.has_diverged else None
         return Simulated(cast, free, contact, self._judge.outcome(free, contact))
 

@@ -40,8 +40,8 @@ SCHEMA = pa.schema(
         ("entry_angle", pa.float64()),
         ("is_slack", pa.bool_()),
         ("slack", pa.float64()),
-        ("peak_load", pa.float64()),
-        ("peak_speed", pa.float64()),
+        ("peak_torque_utilization", pa.float64()),
+        ("peak_velocity_utilization", pa.float64()),
         ("peak_tracking_error", pa.float64()),
     ]
 )
@@ -67,7 +67,7 @@ class Manifest(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    format: Literal[1] = 1
+    format: Literal[2] = 2
     fingerprint: str
     seed: NonNegativeInt
     n_casts: PositiveInt

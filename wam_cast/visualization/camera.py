@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 from pydrake.geometry import ClippingRange, ColorRenderCamera, RenderCameraCore
@@ -23,14 +23,8 @@ MARGIN = 1.06
 def view_rotation(bearing: float, turn: float, elevation: float) -> Array:
     """Return R_WV of a camera that looks at the casting plane from its right, so that the cast goes to the picture's right.
 
-    Parameters
-    ----------
-    bearing
-        Of the casting plane [rad].
-    turn
-        How far the camera stands back of square to the plane, toward the base's side [rad].
-    elevation
-        How far it looks down [rad].
+    The plane has a `bearing`; the camera stands back of square to it by `turn`, toward the base's side, and looks down by
+    `elevation`, all in radians.
     """
     heading = bearing + math.pi / 2 - turn
     z = np.array([math.cos(heading), math.sin(heading), -math.tan(elevation)])
@@ -75,15 +69,14 @@ class Camera:
         p_WQ_V = p_WQ @ R_WV
         middle = (p_WQ_V.min(axis=0) + p_WQ_V.max(axis=0)) / 2
         right, down, ahead = (p_WQ_V - middle).T
-        slope = math.tan(field_of_view / 2)
-        half_width = slope * size[0] / size[1]
-        distance = float(
-            np.max(np.maximum(np.abs(right) / half_width, np.abs(down) / slope) * MARGIN - ahead)
-        )
+        up_slope = math.tan(field_of_view / 2)
+        side_slope = up_slope * size[0] / size[1]
+        needed = np.maximum(np.abs(right) / side_slope, np.abs(down) / up_slope)
+        distance = float(np.max(needed * MARGIN - ahead))
         return cls(R_WV @ (middle - [0, 0, distance]), R_WV, *size, field_of_view)
 
     @property
-    def _info(self) -> Any:
+    def _info(self) -> CameraInfo:
         return CameraInfo(self.width, self.height, self.field_of_view)
 
     def project(self, p_WQ: Array) -> Array:
@@ -94,8 +87,8 @@ class Camera:
         image = (p_WQ - self.p_WV) @ self.R_WV @ np.asarray(self._info.intrinsic_matrix()).T
         return np.asarray(image[:, :2] / image[:, 2:])
 
-    def to_drake(self, renderer: str) -> Any:
-        """Return the same as a Drake `ColorRenderCamera` of the engine `renderer`, placed by its own offset."""
+    def to_drake(self, renderer: str) -> ColorRenderCamera:
+        """Return the same for the render engine of that name, placed in the world by its own offset."""
         X_WV = RigidTransform(RotationMatrix(self.R_WV), self.p_WV)
         core = RenderCameraCore(renderer, self._info, ClippingRange(0.05, 50.0), X_WV)
         return ColorRenderCamera(core, False)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Iterator, Sequence
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -26,9 +27,6 @@ from wam_cast.visualization.recorded import (
     without_turn,
 )
 from wam_cast.visualization.style import INK, PAPER, STAGE_COLORS, stage_name, status_name
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
 
 Picture = NDArray[np.uint8]
 
@@ -97,9 +95,9 @@ def animation_frames(recording: CastRecording) -> Iterator[Picture]:
     if abs(recording.cast.bearing) < SMALL_TURN:
         recording = without_turn(recording)
     samples = animation_samples(recording)
-    width, height = FRAME_SIZE
-    share = height / (height + TITLE_HEIGHT)
-    figure = Figure(figsize=(width / DPI, (height + TITLE_HEIGHT) / DPI), dpi=DPI, facecolor=PAPER)
+    width, height = FRAME_SIZE[0], FRAME_SIZE[1] + TITLE_HEIGHT
+    share = FRAME_SIZE[1] / height
+    figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI, facecolor=PAPER)
     canvas: Any = FigureCanvasAgg(figure)
     for frame in render_frames(recording, samples, FRAME_SIZE):
         figure.clear()

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from wam_cast.motion.stages import Stage
@@ -17,6 +17,7 @@ from wam_cast.robot.plant import STRING_COLOR
 from wam_cast.simulation.recording import CastRecording
 from wam_cast.types import Array
 from wam_cast.visualization.camera import Camera, view_rotation
+from wam_cast.visualization.figures.plot_style import draw_picture, halo
 from wam_cast.visualization.picture_files import picture_format, write_figure
 from wam_cast.visualization.recorded import (
     describe,
@@ -26,15 +27,9 @@ from wam_cast.visualization.recorded import (
     stage_pieces,
     without_turn,
 )
-from wam_cast.visualization.scene import CastScene, make_renderer
+from wam_cast.visualization.scene import CastScene
 from wam_cast.visualization.side_view import draw_side_view
 from wam_cast.visualization.style import INK, STAGE_COLORS, stage_name
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from matplotlib.axes import Axes
-
 
 FRAME_SIZE = (480, 640)
 """Width and height of a rendered frame [pixels]."""
@@ -76,7 +71,7 @@ def choose_moments(recording: CastRecording) -> list[int]:
     """
     stages, times = recording.stages, recording.times
     ends = {stage: float(times[piece.stop - 1]) for stage, piece in stage_pieces(stages)}
-    end_of_move = ends.get(Stage.MOVE, float(times[-1]))  # it may have broken down in the turn
+    end_of_move = ends.get(Stage.MOVE, float(times[-1]))  # it may have diverged in the turn
     moments = [0.0, 0.75 * end_of_move, ends.get(Stage.WAIT, end_of_move)]
     crossing = recording.outcome.crossing_time
     moments.append(crossing - BEFORE_LANDING if math.isfinite(crossing) else ends.get(Stage.DROP, times[-1]))
@@ -88,28 +83,21 @@ def choose_moments(recording: CastRecording) -> list[int]:
 def render_frames(
     recording: CastRecording, samples: Sequence[int], size: tuple[int, int] = FRAME_SIZE
 ) -> Iterator[Frame]:
-    """Render `samples` of a recording off screen, one after the other, all from one place that sees the whole cast.
+    """Render `samples` of a recording, which must be finite, off screen, all from one place that sees the whole cast.
 
-    Parameters
-    ----------
-    recording
-        What to render; its samples must be finite.
-    samples
-        Indices into it.
-    size
-        Width and height of a frame [pixels].
+    `size` is the width and height of a frame [pixels].
     """
     bearing = recording.cast.bearing
     camera = Camera.framing(points_to_show(recording), view_rotation(bearing, TURN, ELEVATION), size)
-    scene = CastScene(recording.scenario, recording.cup, renderers={"vtk": make_renderer(bearing)})
+    scene = CastScene(recording.scenario, recording.cup, light_bearing=bearing)
     for sample in samples:
         scene.show(recording, sample)
-        yield Frame(sample, camera, scene.render(camera.to_drake("vtk")), scene.string())
+        yield Frame(sample, camera, scene.render(camera), scene.string())
 
 
 def draw_frame(axes: Axes, frame: Frame, recording: CastRecording) -> None:
     """Draw a frame with the paths of ball and hand so far."""
-    axes.imshow(frame.image, interpolation="antialiased")
+    draw_picture(axes, frame.image)
     _draw_string_on_floor(axes, frame)
     so_far = slice(0, frame.sample + 1)
     p_WL = recording.p_WL[frame.sample]
@@ -120,11 +108,8 @@ def draw_frame(axes: Axes, frame: Frame, recording: CastRecording) -> None:
         for path, width in ((recording.p_WE, 0.9), (recording.p_WL, 1.4)):
             pixels = frame.camera.project(path[piece])
             pixels[np.linalg.norm(pixels - ball, axis=1) < radius] = np.nan  # leave the ball itself in sight
-            outline = [withStroke(linewidth=width + 0.8, foreground="white")]
+            outline = halo(width + 0.8)
             axes.plot(*pixels.T, color=STAGE_COLORS[stage], linewidth=width, path_effects=outline)
-    axes.set_xlim(-0.5, frame.camera.width - 0.5)
-    axes.set_ylim(frame.camera.height - 0.5, -0.5)
-    axes.set_axis_off()
 
 
 def _draw_string_on_floor(axes: Axes, frame: Frame) -> None:
@@ -139,12 +124,7 @@ def _draw_string_on_floor(axes: Axes, frame: Frame) -> None:
 def draw_film_strip(recording: CastRecording, predicted_landing: Array | None = None) -> Figure:
     """Draw a recorded cast from the end of its turn on: its stages rendered, and the paths of ball and hand in the casting plane.
 
-    Parameters
-    ----------
-    recording
-        What to draw.
-    predicted_landing
-        World (x, y) [m] where a forward model said that the ball would land, to be marked; or none.
+    `predicted_landing`, if given, is marked: world (x, y) [m] where a forward model said that the ball would land.
     """
     recording = without_turn(finite_part(recording))
     frames = list(render_frames(recording, choose_moments(recording)))

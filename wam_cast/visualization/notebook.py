@@ -11,6 +11,7 @@ from typing import Any
 
 import matplotlib.pyplot as plt
 from matplotlib.figure import Figure
+from pydrake.geometry import Meshcat
 
 from wam_cast.simulation.recording import CastRecording
 from wam_cast.visualization.replay import replay_page
@@ -39,14 +40,17 @@ def show_replay(recordings: CastRecording | Sequence[CastRecording], *, height: 
     return EmbeddedPage(replay_page(recordings), height)
 
 
-def embed(meshcat: Any, *, height: int = 480) -> EmbeddedPage:
+def embed(meshcat: Meshcat, *, height: int = 480) -> EmbeddedPage:
     """Return what `meshcat` shows now, to be looked at from all sides; it does not change with the Meshcat any more."""
     return EmbeddedPage(meshcat.StaticHtml(), height)
 
 
 @dataclass(frozen=True)
 class Explorable:
-    """Sliders above a picture that follows them, all `ipywidgets`; where there is no kernel to move them, the picture alone."""
+    """Sliders above a picture that follows them, all `ipywidgets`; where there is no kernel to move them, the picture alone.
+
+    `ipywidgets.interactive` leaves nothing in a page without a kernel.
+    """
 
     sliders: tuple[Any, ...]
     picture: Any
@@ -89,7 +93,7 @@ def _picture(figure: Figure) -> bytes:
     return stored.getvalue()
 
 
-def open_viewer() -> Any:
+def open_viewer() -> Meshcat | None:
     """Return a Meshcat and say where it is, or say that there is none and return none.
 
     Whether the reader's browser can reach it, only the reader can tell: a kernel may run on another machine.

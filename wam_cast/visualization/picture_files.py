@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import io
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+from matplotlib.figure import Figure
 
 from wam_cast.errors import InputError
 from wam_cast.storage.atomic import write_file
 from wam_cast.visualization.style import storing_style
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 
 PICTURE_FORMATS = ("pdf", "png", "svg")
 """By their suffixes."""

@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wam_cast.motion.stages import Stage
 from wam_cast.simulation.ball_and_cup import is_inside
+from wam_cast.simulation.recording import CastRecording
 from wam_cast.types import Array
 from wam_cast.visualization.style import status_name
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from wam_cast.simulation.recording import CastRecording
-
 
 CEILING_RADIUS, CEILING_THICKNESS = 0.18, 0.02
 """Of the round patch of ceiling from which the arm hangs in pictures [m]."""
@@ -64,27 +59,20 @@ def holds_ball(recording: CastRecording, samples: slice = slice(None)) -> NDArra
     return is_inside(p_WL - [*recording.cup, shape.rim_height], shape)
 
 
-def cast_ends(casts: Sequence[CastRecording]) -> Array:
-    """Return when each of casts that follow each other ends [s], from the start of the first one, shape (n,)."""
-    return np.cumsum([recording.times[-1] for recording in casts])
-
-
 def frame_moments(casts: Sequence[CastRecording], rate: float) -> list[tuple[int, int]]:
     """Return what the frames of casts that follow each other show, `rate` of them a second, to the end of the last cast.
 
     Each is the number of a cast, from 0 on, and the sample of it that is nearest to the frame's time. Where two casts meet
     the frame shows the end of the first.
     """
-    ends = cast_ends(casts)
+    ends = np.cumsum([recording.times[-1] for recording in casts])
     times = np.arange(math.ceil(ends[-1] * rate - 1e-9) + 1) / rate
     numbers = np.minimum(np.searchsorted(ends, times - 1e-9), len(casts) - 1)
-    return [
-        (
-            int(number),
-            int(np.argmin(np.abs(casts[number].times - casts[number].times[-1] + ends[number] - time))),
-        )
-        for number, time in zip(numbers, times, strict=True)
-    ]
+    moments = []
+    for number, time in zip(numbers.tolist(), times, strict=True):
+        times_of_cast = casts[number].times - casts[number].times[-1] + ends[number]
+        moments.append((number, int(np.argmin(np.abs(times_of_cast - time)))))
+    return moments
 
 
 def _samples(recording: CastRecording, which: slice) -> CastRecording:
@@ -130,6 +118,19 @@ def what_became(recording: CastRecording, predicted_landing: Array | None = None
         if math.isfinite(outcome.miss):
             facts.append(f"miss {1000 * outcome.miss:.1f} mm")
     return ", ".join(facts).capitalize()
+
+
+def describe_all(casts: Sequence[CastRecording], landings: Sequence[Array | None]) -> list[str]:
+    """Return lines: of one cast what `describe` says; of several how many were caught, and then each by number.
+
+    `landings` are the predicted ones, world (x, y) [m], or none.
+    """
+    if len(casts) == 1:
+        return describe(casts[0], landings[0]).split("\n")
+    n_caught = sum(one.outcome.is_caught for one in casts)
+    pairs = zip(casts, landings, strict=True)
+    lines = [f"{number}  {what_became(*pair)}" for number, pair in enumerate(pairs, start=1)]
+    return [f"{n_caught} of {len(casts)} cups without a reset", *lines]
 
 
 def _box(middle: Array, radius: float, half_height: float) -> Array:

@@ -1,4 +1,8 @@
-"""Casts as a web page: one file that replays them in any browser, by double click and without a network."""
+"""Casts as a web page: one file that replays them in any browser, by double click and without a network.
+
+The page is Meshcat's, with the recording that Drake makes. Added by hand is what Meshcat has not: words, a player in sight, paths
+that grow, and poses that are stored only where they are needed.
+"""
 
 from __future__ import annotations
 
@@ -7,14 +11,13 @@ import gc
 import html
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
-from numpy.typing import NDArray
-from pydrake.geometry import MeshcatAnimation, Rgba
+from matplotlib.colors import to_hex
+from pydrake.geometry import Meshcat, MeshcatAnimation
 
 from wam_cast.errors import InputError
 from wam_cast.simulation.recording import CastRecording
@@ -22,28 +25,29 @@ from wam_cast.storage.atomic import write_file
 from wam_cast.types import Array
 from wam_cast.visualization.camera import MARGIN, Camera
 from wam_cast.visualization.recorded import (
-    describe,
+    describe_all,
     finite_part,
     frame_moments,
     points_to_show,
     stage_pieces,
-    what_became,
 )
 from wam_cast.visualization.scene import CastScene
-from wam_cast.visualization.style import INK, PAPER, STAGE_COLORS, css_color, stage_name
-from wam_cast.visualization.viewer import N_SIDES, open_meshcat, place_camera, tube
+from wam_cast.visualization.style import INK, PAPER, STAGE_COLORS, stage_name
+from wam_cast.visualization.viewer import (
+    BALL_PATH_RADIUS,
+    HAND_PATH_RADIUS,
+    N_SIDES,
+    draw_tube,
+    open_meshcat,
+    place_camera,
+    ring_points,
+)
 
 FRAME_RATE = 100
 """Frames for each second of the cast."""
 
 TOLERANCE = 2e-3
 """How far a body may be off [m] in a frame that is not stored; the browser moves it straight from one stored frame to the next."""
-
-BALL_PATH_RADIUS, HAND_PATH_RADIUS = 0.003, 0.002
-"""Of the tubes that show the paths [m]: browsers draw lines one pixel wide."""
-
-RING_SPACING = 0.008
-"""From one ring of a tube to the next, along the path [m]."""
 
 SHORTEST_PATH = 1e-3
 """Extent below which a stage draws no path [m]."""
@@ -52,7 +56,7 @@ REST_AT_END = 1.5
 """How long the last frame stays before the replay starts again [s]."""
 
 DECODER = re.compile(r'"data:application/(?:wasm|javascript);base64,[A-Za-z0-9+/=]+"')
-"""What Meshcat carries for compressed meshes and textures, of which a cast has none: a megabyte."""
+"""What Meshcat carries for compressed meshes and textures, of which a cast has none: without it a page is 2.4 MB, not 3.6 MB."""
 
 
 def write_replay(
@@ -91,62 +95,51 @@ def replay_page(
     InputError
         If there are more or fewer landings than recordings.
     """
-    casts = _casts(recordings)
+    several = [recordings] if isinstance(recordings, CastRecording) else recordings
+    casts = [finite_part(recording) for recording in several]
     landings = [None] * len(casts) if predicted_landings is None else predicted_landings
     if len(landings) != len(casts):
         raise InputError(
             f"predicted_landings: {len(landings)} for {len(casts)} recordings; give a list with one (x, y) or None for each"
         )
-    replay = _open(casts)
-    page = DECODER.sub('""', replay.meshcat.StaticHtml())
-    player = _player(replay, casts, landings)
-    title = f"<title>{html.escape(describe_all(casts, landings)[0])}</title>"
-    head, end, tail = page.replace("<title>Drake MeshCat</title>", title, 1).rpartition("</body>")
-    return head + player + end + tail
-
-
-def _casts(recordings: CastRecording | Sequence[CastRecording]) -> list[CastRecording]:
-    several = [recordings] if isinstance(recordings, CastRecording) else recordings
-    return [finite_part(recording) for recording in several]
-
-
-@dataclass(frozen=True)
-class _Replay:
-    """What replays casts: a Meshcat, its camera in a square window, and the frames that reach the rings of each tube."""
-
-    meshcat: Any
-    camera: Camera
-    growth: dict[str, list[int]]
-
-
-def _open(casts: Sequence[CastRecording]) -> _Replay:
-    toward = sum(cmath.rect(1.0, one.cast.bearing) for one in casts)
+    p_WQ = np.vstack([points_to_show(one) for one in casts])
     meshcat = open_meshcat()
-    camera = place_camera(meshcat, _points(casts), cmath.phase(toward))
-    moments = frame_moments(casts, FRAME_RATE)
-    animation = _record_bodies(meshcat, casts, moments)
-    growth = _record_paths(meshcat, animation, casts, moments)
-    meshcat.SetAnimation(animation)
+    camera = place_camera(meshcat, p_WQ, cmath.phase(sum(cmath.rect(1.0, one.cast.bearing) for one in casts)))
+    growth = _record(meshcat, casts)
     # The scene's diagram is a cycle that holds the Meshcat, which must end in this thread; any may collect garbage.
-    del animation
     gc.collect()
-    return _Replay(meshcat, camera, growth)
+    page = DECODER.sub('""', meshcat.StaticHtml())
+    caption = describe_all(casts, landings)
+    title = f"<title>{html.escape(caption[0])}</title>"
+    head, end, tail = page.replace("<title>Drake MeshCat</title>", title, 1).rpartition("</body>")
+    return head + _player(casts, caption, growth, _view(p_WQ, camera)) + end + tail
 
 
-def _points(casts: Sequence[CastRecording]) -> Array:
-    """Return points [m], shape (n, 3), that a page must show to show all of `casts`."""
-    return np.vstack([points_to_show(one) for one in casts])
-
-
-def last_frame(moments: Sequence[tuple[int, int]]) -> int:
-    """Return the number of the frame, counted from 0, at which a replay of `moments` ends, rest included."""
-    return len(moments) - 1 + round(REST_AT_END * FRAME_RATE)
+def _record(meshcat: Meshcat, casts: Sequence[CastRecording]) -> dict[str, list[int]]:
+    """Give `meshcat` the scene at its start and the animation; return what `_record_paths` does."""
+    moments = frame_moments(casts, FRAME_RATE)
+    scene = CastScene(casts[0].scenario, casts[0].cup, meshcat=meshcat, frame_rate=FRAME_RATE)
+    positions = []
+    for number, sample in moments:
+        scene.show(casts[number], sample)
+        positions.append(scene.positions())
+    scene.show(casts[0], 0)
+    scene.publish()
+    last = len(moments) - 1 + round(REST_AT_END * FRAME_RATE)
+    stored = {frame: moments[frame] for frame in key_frames(np.array(positions), TOLERANCE)}
+    stored[last] = moments[-1]
+    animation = scene.record((frame, casts[number], sample) for frame, (number, sample) in stored.items())
+    animation.set_loop_mode(MeshcatAnimation.LoopMode.kLoopRepeat)
+    animation.set_repetitions(1_000_000)
+    growth = _record_paths(meshcat, animation, casts, moments, last)
+    meshcat.SetAnimation(animation)
+    return growth
 
 
 def key_frames(positions: Array, tolerance: float) -> list[int]:
     """Return frames between which straight lines are nowhere off by more than `tolerance` [m], in order.
 
-    They are found as by Douglas and Peucker: where a line is off most, it is split.
+    They are found as by Douglas and Peucker: where a line is off most, it is split. With all frames, three casts take 12 MB.
 
     Parameters
     ----------
@@ -169,33 +162,17 @@ def key_frames(positions: Array, tolerance: float) -> list[int]:
     return sorted(kept)
 
 
-def _record_bodies(meshcat: Any, casts: Sequence[CastRecording], moments: Sequence[tuple[int, int]]) -> Any:
-    """Show the scene at its start and return an animation of its bodies."""
-    scene = CastScene(casts[0].scenario, casts[0].cup, meshcat=meshcat, frame_rate=FRAME_RATE)
-    positions = []
-    for number, sample in moments:
-        scene.show(casts[number], sample)
-        positions.append(scene.positions())
-    scene.show(casts[0], 0)
-    scene.publish()
-    animation = scene.visualizer.StartRecording(False)
-    for frame in [*key_frames(np.array(positions), TOLERANCE), last_frame(moments)]:
-        number, sample = moments[min(frame, len(moments) - 1)]
-        scene.show(casts[number], sample, (frame + 0.5) / FRAME_RATE)  # in its middle: Drake rounds down
-        scene.publish()
-    scene.visualizer.StopRecording()
-    animation.set_loop_mode(MeshcatAnimation.LoopMode.kLoopRepeat)
-    animation.set_repetitions(1_000_000)
-    return animation
-
-
 def _record_paths(
-    meshcat: Any, animation: Any, casts: Sequence[CastRecording], moments: Sequence[tuple[int, int]]
+    meshcat: Meshcat,
+    animation: MeshcatAnimation,
+    casts: Sequence[CastRecording],
+    moments: Sequence[tuple[int, int]],
+    last: int,
 ) -> dict[str, list[int]]:
     """Add the paths of ball and hand, a tube for each stage of each cast; those of a cast go when the next one begins.
 
     Returns, by a tube's place in the scene, the frames that reach its rings: Meshcat shows a tube from the first of them on, and
-    the page's script lets it grow.
+    the page's script lets it grow. `last` is the animation's last frame.
     """
     numbers = np.array([number for number, _ in moments])
     growth = {}
@@ -213,48 +190,40 @@ def _record_paths(
                     continue
                 rings = ring_points(points)
                 path = f"/paths/{name}/{number}_{stage_name(stage)}"
-                meshcat.SetTriangleMesh(path, *tube(points[rings], radius), Rgba(*STAGE_COLORS[stage]))
+                draw_tube(meshcat, path, points[rings], radius, STAGE_COLORS[stage])
                 growth[path] = [int(frame) for frame in frames[piece][rings]]
-                _record_visibility(animation, path, growth[path][0], goes, last_frame(moments))
+                shown = {0: False, growth[path][0]: True}
+                if goes is not None:
+                    shown[goes] = False
+                shown[last] = goes is None  # each object repeats on its own, so all must end together
+                for frame, is_visible in shown.items():
+                    animation.SetProperty(frame, path, "visible", is_visible)
     return growth
 
 
-def _record_visibility(animation: Any, path: str, comes: int, goes: int | None, last: int) -> None:
-    """Show what is at `path` from one frame to another, or on to the `last` one."""
-    animation.SetProperty(0, path, "visible", False)
-    animation.SetProperty(comes, path, "visible", True)
-    if goes is not None:
-        animation.SetProperty(goes, path, "visible", False)
-    # Each object repeats on its own, so all must end together.
-    animation.SetProperty(last, path, "visible", goes is None)
+def _player(
+    casts: Sequence[CastRecording], caption: Sequence[str], growth: dict[str, list[int]], view: list[float]
+) -> str:
+    """Return what the page has besides Meshcat: what became of each cast, the stages, and something to stop and wind it with.
 
-
-def ring_points(points: Array) -> NDArray[np.int_]:
-    """Return the indices of the first and the last of `points` [m], shape (n, 3), and of one for each `RING_SPACING` between."""
-    travelled = np.cumsum(np.linalg.norm(np.diff(points, axis=0, prepend=points[:1]), axis=1))
-    passed = np.diff(np.floor(travelled / RING_SPACING), prepend=-1) > 0
-    passed[-1] = True
-    return np.flatnonzero(passed)
-
-
-def _player(replay: _Replay, casts: Sequence[CastRecording], landings: Sequence[Array | None]) -> str:
-    """Return what the page has besides Meshcat: what became of each cast, the stages, and something to stop and wind it with."""
+    Meshcat's own controls would do that, but they are folded away, cover the scene, and name no stage.
+    """
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent), undefined=StrictUndefined, autoescape=True
     )
-    headline, *details = describe_all(casts, landings)
+    headline, *details = caption
     stages = dict.fromkeys(stage for one in casts for stage, _ in stage_pieces(one.stages))
     return environment.get_template("replay.html.j2").render(
         headline=headline,
         details=details,
-        stages={stage_name(stage): css_color(STAGE_COLORS[stage]) for stage in stages},
+        stages={stage_name(stage): to_hex(STAGE_COLORS[stage]) for stage in stages},
         casts=[_stage_starts(one) for one in casts],
-        growth={path[1:]: frames for path, frames in replay.growth.items()},
+        growth={path[1:]: frames for path, frames in growth.items()},
         frame_rate=FRAME_RATE,
         indices_per_ring=6 * N_SIDES,
-        view=_view(_points(casts), replay.camera),
-        ink=css_color(INK),
-        paper=css_color(PAPER),
+        view=view,
+        ink=to_hex(INK),
+        paper=to_hex(PAPER),
     )
 
 
@@ -270,13 +239,3 @@ def _view(p_WQ: Array, camera: Camera) -> list[float]:
     """Return the slopes, to the side and up, of the rays from `camera` that the page must show to show all of p_WQ [m]."""
     p_VQ = (p_WQ - camera.p_WV) @ camera.R_WV
     return [float(slope) for slope in MARGIN * np.max(np.abs(p_VQ[:, :2] / p_VQ[:, 2:]), axis=0)]
-
-
-def describe_all(casts: Sequence[CastRecording], landings: Sequence[Array | None]) -> list[str]:
-    """Return the caption's lines: of one cast what `describe` says; of several how many were caught, and then each by number."""
-    if len(casts) == 1:
-        return describe(casts[0], landings[0]).split("\n")
-    n_caught = sum(one.outcome.is_caught for one in casts)
-    pairs = zip(casts, landings, strict=True)
-    lines = [f"{number}  {what_became(*pair)}" for number, pair in enumerate(pairs, start=1)]
-    return [f"{n_caught} of {len(casts)} cups in one go", *lines]

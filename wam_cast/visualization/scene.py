@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -11,20 +12,24 @@ from pydrake.geometry import (
     Cylinder,
     LightParameter,
     MakeRenderEngineVtk,
+    Meshcat,
+    MeshcatAnimation,
     MeshcatVisualizer,
     MeshcatVisualizerParams,
+    RenderEngine,
     RenderEngineVtkParams,
 )
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
-from pydrake.multibody.tree import FixedOffsetFrame, SpatialInertia
+from pydrake.multibody.tree import FixedOffsetFrame, Frame, SpatialInertia
 from pydrake.systems.framework import DiagramBuilder
 
 from wam_cast.robot.cup_mesh import cup_mesh
 from wam_cast.robot.plant import N_ARM, fill_plant, hanging_positions
 from wam_cast.scenario import Cup, Scenario, String
 from wam_cast.simulation.recording import CastRecording
-from wam_cast.types import Array
+from wam_cast.types import Array, Position
+from wam_cast.visualization.camera import Camera
 from wam_cast.visualization.recorded import CEILING_RADIUS, CEILING_THICKNESS, holds_ball
 from wam_cast.visualization.style import PAPER
 
@@ -36,8 +41,11 @@ LIT_CUP_COLOR = (1.0, 0.78, 0.10, 0.40)
 OUT_OF_SIGHT = (0.0, 0.0, -1.0)
 """Where a cup stands that is not to be seen: below the floor."""
 
+RENDERER = "vtk"
+"""Name of the off-screen render engine."""
 
-def make_renderer(bearing: float) -> Any:
+
+def _renderer(bearing: float) -> RenderEngine:
     """Return an off-screen render engine: one light that casts shadows, three that soften them, all turned to `bearing` [rad].
 
     The first stands so low that the shadow of the ceiling falls beyond the floor that is drawn, and the arm's beside the ball.
@@ -56,10 +64,10 @@ def make_renderer(bearing: float) -> Any:
         LightParameter(type="point", frame="world", position=R_WPlane @ p, intensity=intensity)
         for p, intensity in (([-2.5, -3.0, 1.2], 0.45), ([2.0, -1.5, 2.6], 0.45), ([0.3, -0.5, 3.5], 0.3))
     ]
-    settings = RenderEngineVtkParams(
-        default_clear_color=PAPER, lights=[key, *fills], cast_shadows=True, shadow_map_size=2048
+    shadows: Any = {"cast_shadows": True, "shadow_map_size": 2048}
+    return MakeRenderEngineVtk(
+        RenderEngineVtkParams(default_clear_color=PAPER, lights=[key, *fills], **shadows)
     )
-    return MakeRenderEngineVtk(settings)
 
 
 class CastScene:
@@ -73,58 +81,53 @@ class CastScene:
         World (x, y) of the cup's axis [m]; none hides the cup. A second cup, which looks lit, takes its place where told.
     meshcat
         A Meshcat to show it in, `frame_rate` frames a second [1/s], or none.
-    renderers
-        Off-screen render engines by name.
+    light_bearing
+        Where the light of rendered pictures comes from: a casting plane's bearing [rad]; without one there are none.
     """
 
     def __init__(
         self,
         scenario: Scenario,
-        cup: tuple[float, float] | None,
+        cup: Position | None,
         *,
-        meshcat: Any = None,
+        meshcat: Meshcat | None = None,
         frame_rate: float = 32.0,
-        renderers: dict[str, Any] | None = None,
+        light_bearing: float | None = None,
     ) -> None:
         builder = DiagramBuilder()
-        self.plant: Any
-        self.scene_graph: Any
-        self.plant, self.scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=0.0)
-        for name, renderer in (renderers or {}).items():
-            self.scene_graph.AddRenderer(name, renderer)
+        self.plant, self._scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=0.0)
+        if light_bearing is not None:
+            self._scene_graph.AddRenderer(RENDERER, _renderer(light_bearing))
         self._add_ceiling(scenario.arm.mount_height)
         self._add_lit_cup(scenario.cup)
         fill_plant(self.plant, scenario)
-        self.visualizer: Any = None
         if meshcat is not None:
             parameters = MeshcatVisualizerParams(publish_period=1 / frame_rate)
-            self.visualizer = MeshcatVisualizer.AddToBuilder(builder, self.scene_graph, meshcat, parameters)
-        self.diagram: Any = builder.Build()
-        self.context: Any = self.diagram.CreateDefaultContext()
-        self._plant_context = self.plant.GetMyMutableContextFromRoot(self.context)
-        self._scenario = scenario
+            self._visualizer = MeshcatVisualizer.AddToBuilder(builder, self._scene_graph, meshcat, parameters)
+        self._diagram = builder.Build()
+        self._context = self._diagram.CreateDefaultContext()
+        self._plant_context = self.plant.GetMyMutableContextFromRoot(self._context)
+        self._scenario, self._frame_rate = scenario, frame_rate
         self.stand_cup(cup)
 
     def _add_ceiling(self, height: float) -> None:
         """Hang the arm from something that can be seen."""
         X_WCeiling = RigidTransform([0.0, 0.0, height + CEILING_THICKNESS / 2])
         patch = Cylinder(CEILING_RADIUS, CEILING_THICKNESS)
-        self.plant.RegisterVisualGeometry(
-            self.plant.world_body(), X_WCeiling, patch, "ceiling", CEILING_COLOR
-        )
+        world = self.plant.world_body()
+        self.plant.RegisterVisualGeometry(world, X_WCeiling, patch, "ceiling", CEILING_COLOR)
 
     def _add_lit_cup(self, cup: Cup) -> None:
         """Add a cup for the eye alone: a geometry's colour cannot change, so that two cups change places."""
         model = self.plant.AddModelInstance("lit_cup")
-        body = self.plant.AddRigidBody(
-            "lit_cup", model, SpatialInertia.SolidSphereWithMass(0.1, cup.outer_radius)
-        )
+        inertia = SpatialInertia.SolidSphereWithMass(0.1, cup.outer_radius)
+        body = self.plant.AddRigidBody("lit_cup", model, inertia)
         world = self.plant.world_frame()
         mount = self.plant.AddFrame(FixedOffsetFrame("lit_cup_mount", world, RigidTransform(), model))
         self.plant.WeldFrames(mount, body.body_frame())
         self.plant.RegisterVisualGeometry(body, RigidTransform(), cup_mesh(cup), "lit_cup", LIT_CUP_COLOR)
 
-    def stand_cup(self, cup: tuple[float, float] | None, *, is_lit: bool = False) -> None:
+    def stand_cup(self, cup: Position | None, *, is_lit: bool = False) -> None:
         """Put the axis of the cup, or of the one that is lit, at world (x, y) [m], or hide it."""
         p_WC = OUT_OF_SIGHT if cup is None else (*cup, self._scenario.cup.rim_height)
         for name, is_seen in (("cup_mount", not is_lit), ("lit_cup_mount", is_lit)):
@@ -134,7 +137,7 @@ class CastScene:
 
     def set_state(self, time: float, state: Array) -> None:
         """Put the scene at `time` [s], with its plant in `state`, shape (n_x,), such as a row of `CastRecording.states`."""
-        self.context.SetTime(time)
+        self._context.SetTime(time)
         self.plant.SetPositionsAndVelocities(self._plant_context, state)
 
     def set_posture(self, q_arm: Array) -> None:
@@ -151,8 +154,8 @@ class CastScene:
         q[N_ARM + 1 :: 2] += np.diff(tilts, prepend=0.0)
         self.set_state(0.0, np.concatenate([q, at_rest]))
 
-    def pose(self, frame: Any) -> Any:
-        """Return the pose of one of the plant's frames in the world, a `RigidTransform` [m]."""
+    def pose(self, frame: Frame) -> RigidTransform:
+        """Return the pose of one of the plant's frames in the world [m]."""
         return frame.CalcPoseInWorld(self._plant_context)
 
     def show(self, recording: CastRecording, sample: int, time: float | None = None) -> None:
@@ -182,14 +185,27 @@ class CastScene:
 
     def publish(self) -> None:
         """Show the scene as it is, in the Meshcat that it was made with."""
-        self.diagram.ForcedPublish(self.context)
+        self._diagram.ForcedPublish(self._context)
 
-    def render(self, camera: Any) -> NDArray[np.uint8]:
-        """Return the picture that a `ColorRenderCamera`, placed in the world by its own offset, takes: (height, width, 3)."""
-        graph_context = self.scene_graph.GetMyContextFromRoot(self.context)
-        query = self.scene_graph.get_query_output_port().Eval(graph_context)
-        world = self.scene_graph.world_frame_id()
-        image = query.RenderColorImage(camera, world, RigidTransform())
+    def record(self, frames: Iterable[tuple[int, CastRecording, int]]) -> MeshcatAnimation:
+        """Return an animation for the Meshcat: in each frame, by its number, a sample of a recording."""
+        self._visualizer.DeleteRecording()
+        animation = self._visualizer.StartRecording(False)
+        try:
+            for frame, recording, sample in frames:
+                # In the frame's middle: Drake rounds down.
+                self.show(recording, sample, (frame + 0.5) / self._frame_rate)
+                self.publish()
+        finally:  # or, in a notebook that was interrupted, nothing would be shown any more
+            self._visualizer.StopRecording()
+        return animation
+
+    def render(self, camera: Camera) -> NDArray[np.uint8]:
+        """Return the picture that a camera takes off screen, shape (height, width, 3), from 0 to 255."""
+        graph_context = self._scene_graph.GetMyContextFromRoot(self._context)
+        query = self._scene_graph.get_query_output_port().Eval(graph_context)
+        world = self._scene_graph.world_frame_id()
+        image = query.RenderColorImage(camera.to_drake(RENDERER), world, RigidTransform())
         return np.array(image.data[:, :, :3])
 
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Polygon
 
@@ -16,11 +18,8 @@ from wam_cast.types import Array
 from wam_cast.visualization.recorded import stage_pieces
 from wam_cast.visualization.style import INK, STAGE_COLORS, stage_name
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from matplotlib.axes import Axes
-
+BALL_WIDTH, HAND_WIDTH = 2.4, 1.3
+"""Of the lines of their paths [pt]."""
 
 DESIRED_LINE: Any = {"linewidth": 0.8, "linestyle": (0, (4, 3))}
 RIM_PLANE_LINE: Any = {"linewidth": 0.8, "linestyle": (0, (1, 3))}
@@ -39,16 +38,8 @@ def draw_side_view(
 ) -> None:
     """Draw the paths of ball and hand, the hand's reference, the cup to scale and the landing.
 
-    Parameters
-    ----------
-    axes
-        Where to draw.
-    recording
-        What to draw; its samples must be finite.
-    moments
-        Samples at which the ball is drawn and numbered, from 1 on.
-    predicted_landing
-        World (x, y) [m] where a forward model said that the ball would land, to be marked; or none.
+    The recording's samples must be finite. At the samples `moments` the ball is drawn and numbered, from 1 on.
+    `predicted_landing`, if given, is marked: world (x, y) [m] where a forward model said that the ball would land.
     """
     _draw_surroundings(axes, recording)
     _draw_paths(axes, recording)
@@ -79,9 +70,9 @@ def _draw_surroundings(axes: Axes, recording: CastRecording) -> None:
 def _draw_paths(axes: Axes, recording: CastRecording) -> None:
     bearing = recording.cast.bearing
     for stage, piece in stage_pieces(recording.stages):
-        color = STAGE_COLORS[stage]
-        axes.plot(*in_casting_plane(recording.p_WL[piece], bearing).T, color=color, linewidth=2.4, zorder=4)
-        axes.plot(*in_casting_plane(recording.p_WE[piece], bearing).T, color=color, linewidth=1.3, zorder=4)
+        for path, width in ((recording.p_WL, BALL_WIDTH), (recording.p_WE, HAND_WIDTH)):
+            shown = in_casting_plane(path[piece], bearing)
+            axes.plot(*shown.T, color=STAGE_COLORS[stage], linewidth=width, zorder=4)
     desired = in_casting_plane(recording.p_WE_desired, bearing)
     axes.plot(*desired.T, color=INK, zorder=5, **DESIRED_LINE)
 
@@ -101,19 +92,10 @@ def _draw_balls(axes: Axes, recording: CastRecording, moments: Sequence[int]) ->
         place = (centre[0], centre[1])
         ball = Circle(place, radius, facecolor=BALL_COLOR, edgecolor=INK, linewidth=0.6, zorder=6)
         axes.add_patch(ball)
-        label = ", ".join(map(str, numbers))
-        # A ball that several moments share may be too small for their numbers.
-        room: Any = {"boxstyle": "round,pad=0.25", "facecolor": BALL_COLOR, "edgecolor": "none"}
-        axes.annotate(
-            label,
-            place,
-            ha="center",
-            va="center",
-            fontsize=7,
-            color="white",
-            zorder=7,
-            bbox=room if len(numbers) > 1 else None,
-        )
+        look: Any = {"ha": "center", "va": "center", "fontsize": 7, "color": "white", "zorder": 7}
+        if len(numbers) > 1:  # the ball may be too small for them
+            look["bbox"] = {"boxstyle": "round,pad=0.25", "facecolor": BALL_COLOR, "edgecolor": "none"}
+        axes.annotate(", ".join(map(str, numbers)), place, **look)
 
 
 def _draw_landings(axes: Axes, recording: CastRecording, predicted_landing: Array | None) -> None:
@@ -128,15 +110,13 @@ def _draw_landings(axes: Axes, recording: CastRecording, predicted_landing: Arra
 
 def _legend_handles(recording: CastRecording, has_prediction: bool) -> list[Line2D]:
     stages = dict.fromkeys(stage for stage, _ in stage_pieces(recording.stages))
-    handles = [
-        Line2D([], [], color=STAGE_COLORS[stage], linewidth=4, label=stage_name(stage)) for stage in stages
-    ]
-    handles.append(Line2D([], [], color=INK, linewidth=2.4, label="ball"))
-    handles.append(Line2D([], [], color=INK, linewidth=1.3, label="hand"))
-    handles.append(Line2D([], [], color=INK, label="hand, desired", **DESIRED_LINE))
-    handles.append(Line2D([], [], color=INK, label="rim plane", **RIM_PLANE_LINE))
+    looks: dict[str, Any] = {
+        stage_name(stage): {"color": STAGE_COLORS[stage], "linewidth": 4} for stage in stages
+    }
+    looks |= {"ball": {"linewidth": BALL_WIDTH}, "hand": {"linewidth": HAND_WIDTH}}
+    looks |= {"hand, desired": DESIRED_LINE, "rim plane": RIM_PLANE_LINE}
     if np.isfinite(recording.outcome.landing_along):
-        handles.append(Line2D([], [], color=INK, label="landing", **LANDING_MARK))
+        looks["landing"] = LANDING_MARK
     if has_prediction:
-        handles.append(Line2D([], [], color=INK, label="landing, predicted", **PREDICTION_MARK))
-    return handles
+        looks["landing, predicted"] = PREDICTION_MARK
+    return [Line2D([], [], label=name, **({"color": INK} | look)) for name, look in looks.items()]

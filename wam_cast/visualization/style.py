@@ -51,8 +51,3 @@ def stage_name(stage: Stage) -> str:
 def status_name(status: Status) -> str:
     """Return the status as a reader sees it, such as `rim bounce`."""
     return status.value.replace("_", " ")
-
-
-def css_color(color: Color) -> str:
-    """Return `color` as a web page writes it, such as `#3b0f5c`."""
-    return "#" + "".join(f"{round(255 * channel):02x}" for channel in color)

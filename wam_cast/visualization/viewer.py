@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import logging
 import math
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.geometry import Meshcat, MeshcatParams
+from pydrake.geometry import Meshcat, MeshcatParams, Rgba
 
 from wam_cast.types import Array
 from wam_cast.visualization.camera import Camera, view_rotation
-from wam_cast.visualization.style import PAPER
+from wam_cast.visualization.style import PAPER, Color
 
 TURN, ELEVATION = math.radians(28), math.radians(8)
 """Of the page's first view: see `view_rotation`."""
@@ -23,8 +22,14 @@ FIELD_OF_VIEW = math.radians(30)
 N_SIDES = 4
 """Of a tube."""
 
+BALL_PATH_RADIUS, HAND_PATH_RADIUS = 0.003, 0.002
+"""Of the tubes that show paths [m]: Meshcat's own lines are one pixel wide in browsers."""
 
-def open_meshcat() -> Any:
+RING_SPACING = 0.008
+"""From one ring of a tube to the next, along the path [m]."""
+
+
+def open_meshcat() -> Meshcat:
     """Return a Meshcat with a plain background, which listens on a free port of this machine alone and does not say so."""
     logger = logging.getLogger("drake")
     level = logger.level
@@ -40,11 +45,11 @@ def open_meshcat() -> Any:
     return meshcat
 
 
-_kept: list[Any] = []
+_kept: list[Meshcat] = []
 """What `keep` was given."""
 
 
-def keep(meshcat: Any) -> Any:
+def keep(meshcat: Meshcat) -> Meshcat:
     """Keep `meshcat` until the process ends, and return it.
 
     A Meshcat must end in the thread that began it, or Drake aborts the process. What shows its scene is full of cycles, which any
@@ -54,7 +59,7 @@ def keep(meshcat: Any) -> Any:
     return meshcat
 
 
-def place_camera(meshcat: Any, p_WQ: Array, bearing: float, elevation: float = ELEVATION) -> Camera:
+def place_camera(meshcat: Meshcat, p_WQ: Array, bearing: float, elevation: float = ELEVATION) -> Camera:
     """Look at the casting plane at `bearing`, `elevation` down [rad], such that all points `p_WQ` [m], shape (n, 3), are seen.
 
     Returns the page's camera in a square window.
@@ -66,6 +71,19 @@ def place_camera(meshcat: Any, p_WQ: Array, bearing: float, elevation: float = E
     meshcat.SetCamera(Meshcat.PerspectiveCamera(fov=math.degrees(FIELD_OF_VIEW)))
     meshcat.SetCameraPose(camera.p_WV, camera.p_WV + depth * ahead)
     return camera
+
+
+def draw_tube(meshcat: Meshcat, path: str, p_WQ: Array, radius: float, color: Color) -> None:
+    """Put a `tube` at a `path` of Meshcat's tree."""
+    meshcat.SetTriangleMesh(path, *tube(p_WQ, radius), Rgba(*color))
+
+
+def ring_points(points: Array) -> NDArray[np.int_]:
+    """Return the indices of the first and the last of `points` [m], shape (n, 3), and of one for each `RING_SPACING` between."""
+    travelled = np.cumsum(np.linalg.norm(np.diff(points, axis=0, prepend=points[:1]), axis=1))
+    passed = np.diff(np.floor(travelled / RING_SPACING), prepend=-1) > 0
+    passed[-1] = True
+    return np.flatnonzero(passed)
 
 
 def tube(p_WQ: Array, radius: float) -> tuple[Array, NDArray[np.int32]]:

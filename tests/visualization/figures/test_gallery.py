@@ -9,18 +9,29 @@ import pytest
 from matplotlib.colors import to_rgb
 
 from wam_cast.simulation.outcome import Status
-from wam_cast.visualization.figures.calibration import draw_calibration, draw_errors
-from wam_cast.visualization.figures.comparison import draw_comparison, draw_polynomials
-from wam_cast.visualization.figures.data_flow import draw_data_flow
-from wam_cast.visualization.figures.error_curves import draw_error_curve
-from wam_cast.visualization.figures.histograms import draw_histogram
-from wam_cast.visualization.figures.landing_map import draw_landing_map
-from wam_cast.visualization.figures.learning_curves import LearningCurve, draw_learning_curves
-from wam_cast.visualization.figures.looks import LOOKS, curve_looks
-from wam_cast.visualization.figures.noise import draw_landing_scatter
-from wam_cast.visualization.figures.parity import draw_parity, draw_residuals
-from wam_cast.visualization.figures.performance import draw_miss_distribution, draw_performance
-from wam_cast.visualization.figures.where_wrong import draw_residual_map
+from wam_cast.visualization.figures.box_diagrams import draw_data_flow
+from wam_cast.visualization.figures.estimator_figures import (
+    LearningCurve,
+    draw_comparison,
+    draw_error_curve,
+    draw_learning_curves,
+    draw_polynomials,
+)
+from wam_cast.visualization.figures.execution_figures import (
+    draw_landing_scatter,
+    draw_miss_distribution,
+    draw_performance,
+)
+from wam_cast.visualization.figures.model_figures import (
+    draw_calibration,
+    draw_errors,
+    draw_histogram,
+    draw_parity,
+    draw_residual_map,
+    draw_residuals,
+)
+from wam_cast.visualization.figures.planning_figures import draw_landing_map
+from wam_cast.visualization.figures.plot_style import CURVE_STYLES, curve_styles
 
 RNG = np.random.default_rng(0)
 NONE = np.array([])
@@ -62,8 +73,8 @@ def residual_map(residuals):
     )
 
 
-def landing_map(is_allowed, landing=LANDING, casts=None):
-    settings = {"is_allowed": is_allowed, "wait": 0.2, "levels": LEVELS, "casts": casts}
+def landing_map(is_allowed, landing=LANDING):
+    settings = {"is_allowed": is_allowed, "wait": 0.2, "levels": LEVELS}
     return Case(draw_landing_map, (*PLANE, landing), settings)
 
 
@@ -76,7 +87,7 @@ CASES = {
     ),
     "error curve of nan": error_curve(np.full(30, np.nan)),
     "performance": performance(
-        RNG.normal(0, 0.002, 11), np.array([*RNG.normal(0, 0.02, 10), np.nan]), STATUSES, reach=(0.26, 0.98)
+        RNG.normal(0, 0.002, 11), np.array([*RNG.normal(0, 0.02, 10), np.nan]), STATUSES
     ),
     "performance, all caught": performance(0.1 * FIVE, 0.1 * FIVE, ["caught"] * 5),
     "performance, none landed": performance(0.1 * FIVE, UNKNOWN, ["never_crossed"] * 5),
@@ -100,10 +111,10 @@ CASES = {
     "learning curves of nan": Case(
         draw_learning_curves, (FIVE, {"kernel ridge": LearningCurve(UNKNOWN, UNKNOWN, UNKNOWN)}), {"ylabel": "RMSE [cm]"}
     ),
-    "landing map": landing_map(SLOW_ENOUGH, casts=np.array([[0.3, 0.4, 0.2]])),
+    "landing map": landing_map(SLOW_ENOUGH),
     "landing map, all allowed": landing_map(np.ones_like(SLOW_ENOUGH)),
     "landing map, none allowed": landing_map(np.zeros_like(SLOW_ENOUGH)),
-    "landing map beyond its levels": landing_map(SLOW_ENOUGH, LANDING + 5, np.zeros((0, 3))),
+    "landing map beyond its levels": landing_map(SLOW_ENOUGH, LANDING + 5),
     "calibration": Case(draw_calibration, (FIVE, {"test": FIVE**2, "validation": FIVE})),
     "calibration of nan": Case(draw_calibration, (FIVE, {"test": UNKNOWN})),
     "errors": Case(draw_errors, (0.01 * FIVE, 0.01 * FIVE**2)),
@@ -160,14 +171,14 @@ def lightness(color):
 
 def test_looks_differ_without_colour():
     """Two curves differ in dash, and where their dashes agree, in lightness and marker."""
-    for number, one in enumerate(LOOKS):
-        for other in LOOKS[number + 1 :]:
+    for number, one in enumerate(CURVE_STYLES):
+        for other in CURVE_STYLES[number + 1 :]:
             assert one["marker"] != other["marker"]
             is_lighter = abs(lightness(one["color"]) - lightness(other["color"])) > 0.15
             assert one["linestyle"] != other["linestyle"] or is_lighter
 
 
 def test_curves_of_one_name_look_the_same_in_all_figures_and_no_two_alike():
-    looks = curve_looks(["a", "test", "b", "validation", "training", "c"])
+    looks = curve_styles(["a", "test", "b", "validation", "training", "c"])
     assert len({str(look) for look in looks.values()}) == 6
-    assert looks["test"] == curve_looks(["test"])["test"] == curve_looks(["x", "y", "z", "test"])["test"]
+    assert looks["test"] == curve_styles(["test"])["test"] == curve_styles(["x", "y", "z", "test"])["test"]

@@ -197,7 +197,11 @@ def test_limits_that_the_arm_will_meet_are_predicted(page, monkeypatch):
     of = Prediction.of
     for load, speed, expected in ((0.9, 0.9, False), (1.1, 0.9, True), (0.9, 1.1, True)):
         monkeypatch.setattr(
-            Prediction, "of", lambda *args, p=load, v=speed: replace(of(*args), peak_load=p, peak_speed=v)
+            Prediction,
+            "of",
+            lambda *args, p=load, v=speed: replace(
+                of(*args), peak_torque_utilization=p, peak_velocity_utilization=v
+            ),
         )
         page.explorer.choose(page.explorer.cast)
         assert ("predicted to meet its limits" in page.caption) is expected

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from wam_cast.cast import Cast
-from wam_cast.planning.landing_distribution import Spread
+from wam_cast.planning.landing_distribution import LandingStd
 from wam_cast.scenario import Scenario
 from wam_cast.visualization.interactive.explorer_view import WIDTH, ExplorerView
-from wam_cast.visualization.replay import HAND_PATH_RADIUS
+from wam_cast.visualization.viewer import HAND_PATH_RADIUS
 
 REACH = (0.3, 0.9)
 
@@ -75,7 +75,7 @@ def test_hands_way_goes_out_at_the_starting_height_and_down_at_its_end(seen):
 
 
 def test_rings_of_the_prediction_are_wider_than_the_ball_by_two_deviations(seen):
-    for spread in (Spread(0.02, 0.03), Spread(0.04, 0.01)):
+    for spread in (LandingStd(0.02, 0.03), LandingStd(0.04, 0.01)):
         seen.view.show_prediction(np.array([0.5, 0.2]), spread, 0.0)
         half_axes = seen.view.scenario.ball.radius + 2 * np.array(spread)
         for height in ("floor", "rim"):
@@ -86,7 +86,7 @@ def test_rings_of_the_prediction_are_wider_than_the_ball_by_two_deviations(seen)
 
 
 def test_markers_stand_at_the_landing_on_the_floor_and_in_the_rim_plane(seen, landed):
-    seen.view.show_prediction(np.array([0.5, 0.2]), Spread(0.02, 0.03), 0.3)
+    seen.view.show_prediction(np.array([0.5, 0.2]), LandingStd(0.02, 0.03), 0.3)
     seen.view.show_execution(landed)
     rim = seen.view.scenario.cup.rim_height
     for marker, landing in (("predicted", [0.5, 0.2]), ("executed", landed.outcome.landing)):

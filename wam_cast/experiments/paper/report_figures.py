@@ -22,20 +22,31 @@ from wam_cast.parallel.workers import Workers, run_rows
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.simulator import CastSimulator
 from wam_cast.types import Array
-from wam_cast.visualization.figures.calibration import draw_calibration
-from wam_cast.visualization.figures.comparison import draw_comparison, draw_polynomials
-from wam_cast.visualization.figures.data_flow import draw_data_flow
-from wam_cast.visualization.figures.error_curves import draw_error_curve
-from wam_cast.visualization.figures.histograms import draw_histogram
-from wam_cast.visualization.figures.landing_map import draw_landing_map, draw_landing_scale
-from wam_cast.visualization.figures.learning_curves import LearningCurve, draw_learning_curves
-from wam_cast.visualization.figures.looks import MS
-from wam_cast.visualization.figures.motion import draw_motion
-from wam_cast.visualization.figures.noise import draw_landing_scatter
-from wam_cast.visualization.figures.parity import draw_parity, draw_residuals
-from wam_cast.visualization.figures.performance import draw_miss_distribution, draw_performance
-from wam_cast.visualization.figures.set_up import draw_set_up, render_set_up
-from wam_cast.visualization.figures.where_wrong import draw_residual_map, draw_shortest_move
+from wam_cast.visualization.figures.box_diagrams import draw_data_flow
+from wam_cast.visualization.figures.estimator_figures import (
+    LearningCurve,
+    draw_comparison,
+    draw_error_curve,
+    draw_learning_curves,
+    draw_polynomials,
+)
+from wam_cast.visualization.figures.execution_figures import (
+    draw_landing_scatter,
+    draw_miss_distribution,
+    draw_performance,
+)
+from wam_cast.visualization.figures.model_figures import (
+    draw_calibration,
+    draw_histogram,
+    draw_parity,
+    draw_residual_map,
+    draw_residuals,
+    draw_shortest_move,
+)
+from wam_cast.visualization.figures.motion_figures import draw_motion
+from wam_cast.visualization.figures.planning_figures import draw_landing_map, draw_landing_scale
+from wam_cast.visualization.figures.plot_style import MS
+from wam_cast.visualization.figures.robot_figures import draw_set_up, render_set_up
 from wam_cast.visualization.picture_files import write_figure
 from wam_cast.visualization.style import figure_style
 

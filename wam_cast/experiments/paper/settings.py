@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 
-from wam_cast.errors import checked_whole_number
+from wam_cast.errors import checked_integer
 from wam_cast.planning.plan import METHODS, Method
 from wam_cast.scenario import Noise, Scenario
 from wam_cast.storage.dataset_directory import current_versions
@@ -74,7 +74,7 @@ class Settings:
 
         The experiment is about casts that repeat exactly; a scenario's own noise is kept for the section on noise.
         """
-        seed = checked_whole_number("seed", seed, 0)
+        seed = checked_integer("seed", seed, 0)
         noise = scenario.noise if scenario.noise.is_on else Noise.typical()
         clean = scenario.model_copy(update={"noise": Noise()})
         return cls(clean, noise, seed, **vars(QUICK if quick else FULL), is_quick=quick)

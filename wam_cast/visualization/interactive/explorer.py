@@ -7,9 +7,9 @@ import html
 import math
 import time
 from dataclasses import astuple
-from typing import Any
 
 import numpy as np
+from pydrake.geometry import Meshcat
 
 from wam_cast.arm_model import bearing_limits
 from wam_cast.cast import PARAMETERS, Cast, cast_bounds, checked_cup, nearest_allowed
@@ -18,7 +18,7 @@ from wam_cast.errors import InputError
 from wam_cast.learning.forward_model import ForwardModel
 from wam_cast.learning.reference import reference_model
 from wam_cast.motion.stages import Stage
-from wam_cast.planning.forecast import Prediction
+from wam_cast.planning.cast_prediction import Prediction
 from wam_cast.planning.plan import Plan, plan_cast
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.outcome import Outcome
@@ -38,7 +38,7 @@ CAST, PLAN, FETCH = "cast [C]", "plan for the cup [P]", "cup to where the ball l
 """The buttons."""
 
 PERIOD = 0.05
-"""Between two looks at the page [s]."""
+"""Polling interval of the page [s]."""
 
 ADVICE = "make one with: wam-cast generate, then wam-cast fit"
 """To whom has no model."""
@@ -107,7 +107,7 @@ class Explorer:
         return str(self._view.meshcat.web_url())
 
     @property
-    def meshcat(self) -> Any:
+    def meshcat(self) -> Meshcat:
         """The Meshcat that serves the page."""
         return self._view.meshcat
 
@@ -198,7 +198,7 @@ class Explorer:
         self._view.show_setting(self.cast, self.cup)
         if self.model is not None:
             self.prediction = Prediction.of(self.model, self.cast, self.cup)
-            self._view.show_prediction(self.prediction.landing, self.prediction.spread, self.cast.bearing)
+            self._view.show_prediction(self.prediction.landing, self.prediction.std, self.cast.bearing)
         self._panel.caption = self._caption()
 
     def _say(self, note: str) -> None:
@@ -223,11 +223,11 @@ class Explorer:
             return [f"no prediction, since this scenario has no model: {self.advice}"]
         one = self.prediction
         lines = [
-            f"predicted to land {1e3 * one.miss:.1f} mm from the cup's middle, give or take "
-            f"{1e3 * one.spread.along:.1f} mm along the casting plane and {1e3 * one.spread.across:.1f} mm across",
-            f"chance to enter without touching the rim: {100 * one.clear_entry_probability:.0f} %",
+            f"predicted to land {1e3 * one.miss:.1f} mm from the cup's middle; standard deviation "
+            f"{1e3 * one.std.along:.1f} mm along the casting plane, {1e3 * one.std.across:.1f} mm across",
+            f"chance to enter without touching the rim: {100 * one.rim_clear_probability:.0f} %",
         ]
-        if max(one.peak_load, one.peak_speed) >= 1:
+        if max(one.peak_torque_utilization, one.peak_velocity_utilization) >= 1:
             lines.append("the arm is predicted to meet its limits")
         return lines
 
@@ -247,7 +247,7 @@ class Explorer:
 
 
 def _sliders(scenario: Scenario) -> dict[str, Slider]:
-    """Return the sliders by what they choose; angles in whole tenths of a degree, within the stops of joint 1."""
+    """Return the sliders by what they choose; angles in tenths of a degree, within the stops of joint 1."""
     bounds = scenario.bounds
     degrees = math.degrees(1.0)
     lowest, highest = (math.trunc(10 * degrees * limit) / 10 for limit in bearing_limits())

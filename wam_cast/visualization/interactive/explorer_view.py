@@ -3,26 +3,31 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.geometry import Cylinder, MeshcatAnimation, Rgba
 from pydrake.math import RigidTransform, RotationMatrix
 
 from wam_cast.arm_model import bearing_limits
 from wam_cast.cast import Cast
 from wam_cast.motion.stages import Stage
-from wam_cast.planning.landing_distribution import Spread
+from wam_cast.planning.landing_distribution import LandingStd
 from wam_cast.robot.plant import make_arm_plant, starting_posture
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.recording import CastRecording
-from wam_cast.types import Array
+from wam_cast.types import Array, Position
 from wam_cast.visualization.recorded import CEILING_RADIUS, CEILING_THICKNESS, frame_moments, stage_pieces
-from wam_cast.visualization.replay import BALL_PATH_RADIUS, HAND_PATH_RADIUS, ring_points
 from wam_cast.visualization.scene import CastScene
 from wam_cast.visualization.style import STAGE_COLORS, Color, stage_name
-from wam_cast.visualization.viewer import keep, open_meshcat, place_camera, tube
+from wam_cast.visualization.viewer import (
+    BALL_PATH_RADIUS,
+    HAND_PATH_RADIUS,
+    draw_tube,
+    keep,
+    open_meshcat,
+    place_camera,
+    ring_points,
+)
 
 PREDICTED: Color = (0.95, 0.62, 0.05)
 """Of the predicted landing."""
@@ -44,6 +49,9 @@ SEEN_WELL = math.radians(45)
 
 WIDTH = 0.0035
 """Radius of the tubes that lines and markers on the floor are made of [m]."""
+
+HEIGHT = 0.0005
+"""Of what is drawn on the floor [m], so that it is seen."""
 
 DOT_RADIUS = 0.011
 """Of the executed landing [m]: it fits into the predicted one's ring."""
@@ -73,20 +81,18 @@ class ExplorerView:
 
     def __init__(self, scenario: Scenario, reach: tuple[float, float] | None, farthest: float) -> None:
         self.scenario = scenario
-        self.meshcat: Any = keep(open_meshcat())
+        self.meshcat = keep(open_meshcat())
         self._scene = CastScene(scenario, None, meshcat=self.meshcat, frame_rate=FRAME_RATE)
         self._q_start = starting_posture(make_arm_plant(scenario), scenario)
         self._hand_way: float | None = None
-        self._ring: Spread | None = None
+        self._ring: LandingStd | None = None
         self._replays = False
         self._farthest = farthest
         self._look(0.0)
         self._draw_floor(reach)
-        for name, color in (("predicted", PREDICTED), ("executed", EXECUTED)):
-            self._draw_stem(name, color)
-        self._draw_dots()
+        self._add_markers()
 
-    def show_setting(self, cast: Cast, cup: tuple[float, float]) -> None:
+    def show_setting(self, cast: Cast, cup: Position) -> None:
         """Show the arm at the start of `cast`, the hand's way to come, and the cup at world (x, y) [m]; a replay ends."""
         if self._replays:
             # What plays in the browser would move the bodies away again.
@@ -102,18 +108,16 @@ class ExplorerView:
             self._hand_way = cast.distance
             self._draw_hand_way(cast.distance)
 
-    def show_prediction(self, landing: Array, spread: Spread, bearing: float) -> None:
+    def show_prediction(self, landing: Array, std: LandingStd, bearing: float) -> None:
         """Mark where the ball is predicted to come through the rim plane, world (x, y) [m], shape (2,), and the floor below.
 
         The rings are wider than the ball by two standard deviations along the casting plane at `bearing` [rad] and across it.
         """
-        if spread != self._ring:
-            self._ring = spread
-            along, across = (self.scenario.ball.radius + N_DEVIATIONS * one for one in spread)
-            ring = tube(_ellipse(along, across), WIDTH)
+        if std != self._ring:
+            self._ring = std
+            along, across = (self.scenario.ball.radius + N_DEVIATIONS * one for one in std)
             for height in ("floor", "rim"):
-                self._mesh(f"predicted/{height}", ring, PREDICTED)
-            self._at_rim_height("predicted/rim")
+                self._draw_line(f"predicted/{height}", _ellipse(along, across), WIDTH, PREDICTED)
         self._mark("predicted", landing, bearing)
 
     def show_execution(self, recording: CastRecording) -> None:
@@ -125,7 +129,7 @@ class ExplorerView:
             self._look(recording.cast.bearing)
         self._mark("executed", recording.outcome.landing, recording.cast.bearing)
         samples = [sample for _, sample in frame_moments([recording], FRAME_RATE)]
-        animation = self._record_bodies(recording, samples)
+        animation = self._scene.record((frame, recording, sample) for frame, sample in enumerate(samples))
         self.meshcat.Delete(f"{ROOT}/path")
         for stage, piece in stage_pieces(recording.stages):
             points = recording.p_WL[piece]
@@ -133,11 +137,10 @@ class ExplorerView:
             if len(points) < 2:
                 continue
             path = f"path/{stage_name(stage)}"
-            self._mesh(path, tube(points, BALL_PATH_RADIUS), STAGE_COLORS[stage])
+            self._draw_line(path, points, BALL_PATH_RADIUS, STAGE_COLORS[stage])
             ends = int(np.searchsorted(samples, piece.stop - 1))
-            animation.SetProperty(0, f"{ROOT}/{path}", "visible", False)
-            animation.SetProperty(ends, f"{ROOT}/{path}", "visible", True)
-            animation.SetProperty(len(samples) - 1, f"{ROOT}/{path}", "visible", True)
+            for frame, is_visible in ((0, False), (ends, True), (len(samples) - 1, True)):
+                animation.SetProperty(frame, f"{ROOT}/{path}", "visible", is_visible)
         self.meshcat.SetAnimation(animation)
         self._replays = True
 
@@ -150,27 +153,14 @@ class ExplorerView:
         ceiling = [[x, y, top] for x in sides for y in sides]
         place_camera(self.meshcat, np.vstack([floor, ceiling]), bearing, ELEVATION)
 
-    def _record_bodies(self, recording: CastRecording, samples: list[int]) -> Any:
-        """Return an animation of the bodies, a frame for each of `samples`, without showing it."""
-        visualizer = self._scene.visualizer
-        visualizer.DeleteRecording()
-        animation = visualizer.StartRecording(False)
-        try:
-            for frame, sample in enumerate(samples):
-                # In the frame's middle: Drake rounds down.
-                self._scene.show(recording, sample, (frame + 0.5) / FRAME_RATE)
-                self._scene.publish()
-        finally:  # or, in a notebook that was interrupted, nothing would be shown any more
-            visualizer.StopRecording()
-        return animation
-
     def _draw_floor(self, reach: tuple[float, float] | None) -> None:
         """Draw where cups can be reached, and the line in which the casting plane meets the floor."""
         if reach is not None:
             angles = np.linspace(*bearing_limits(), 96)
-            self._mesh("reach", _band(reach[0], reach[1], angles, height=0.0005), WITHIN_REACH)
-        line = tube(np.array([[0.0, 0.0, 0.0], [self._farthest, 0.0, 0.0]]), WIDTH)
-        self._mesh("plane/line", line, PLANE)
+            x, y = (np.outer(reach, along) for along in (np.cos(angles), np.sin(angles)))
+            self.meshcat.PlotSurface(f"{ROOT}/reach", x, y, np.full_like(x, HEIGHT), Rgba(*WITHIN_REACH))
+        line = np.array([[0.0, 0.0, 0.0], [self._farthest, 0.0, 0.0]])
+        self._draw_line("plane/line", line, WIDTH, PLANE)
 
     def _draw_hand_way(self, distance: float) -> None:
         """Draw the hand's way in the casting plane: out by `distance` [m], and down."""
@@ -179,24 +169,20 @@ class ExplorerView:
         high, low = motion.start_height, motion.start_height - motion.drop_distance
         corners = np.array([[near, 0, high], [far, 0, high], [far, 0, low]])
         for stage, ends in ((Stage.MOVE, corners[:2]), (Stage.DROP, corners[1:])):
-            self._mesh(f"plane/{stage_name(stage)}", tube(ends, HAND_PATH_RADIUS), STAGE_COLORS[stage])
+            self._draw_line(f"plane/{stage_name(stage)}", ends, HAND_PATH_RADIUS, STAGE_COLORS[stage])
 
-    def _draw_stem(self, marker: str, color: Color) -> None:
-        """Draw the line that joins a marker on the floor with its twin in the rim plane; hide the marker."""
+    def _add_markers(self) -> None:
+        """Add the markers, hidden: each with a twin in the rim plane, joined to it by a stem; the prediction's rings come later."""
         rim = self.scenario.cup.rim_height
-        self.meshcat.SetObject(f"{ROOT}/{marker}/stem", Cylinder(WIDTH / 2, rim), Rgba(*color))
-        self.meshcat.SetTransform(f"{ROOT}/{marker}/stem", RigidTransform([0.0, 0.0, rim / 2]))
-        self.meshcat.SetProperty(f"{ROOT}/{marker}", "visible", False)
-
-    def _draw_dots(self) -> None:
+        for name, color in (("predicted", PREDICTED), ("executed", EXECUTED)):
+            path = f"{ROOT}/{name}"
+            self.meshcat.SetObject(f"{path}/stem", Cylinder(WIDTH / 2, rim), Rgba(*color))
+            self.meshcat.SetTransform(f"{path}/stem", RigidTransform([0.0, 0.0, rim / 2]))
+            self.meshcat.SetTransform(f"{path}/rim", RigidTransform([0.0, 0.0, rim]))
+            self.meshcat.SetProperty(path, "visible", False)
         for height in ("floor", "rim"):
-            path = f"{ROOT}/executed/{height}"
-            self.meshcat.SetObject(path, Cylinder(DOT_RADIUS, 2 * WIDTH), Rgba(*EXECUTED))
-        self._at_rim_height("executed/rim")
-
-    def _at_rim_height(self, name: str) -> None:
-        X_Marker = RigidTransform([0.0, 0.0, self.scenario.cup.rim_height])
-        self.meshcat.SetTransform(f"{ROOT}/{name}", X_Marker)
+            dot = Cylinder(DOT_RADIUS, 2 * WIDTH)
+            self.meshcat.SetObject(f"{ROOT}/executed/{height}", dot, Rgba(*EXECUTED))
 
     def _mark(self, marker: str, landing: Array, bearing: float) -> None:
         """Move a marker to world (x, y) [m], shape (2,), or hide it if that is nan."""
@@ -206,11 +192,11 @@ class ExplorerView:
             self.meshcat.SetTransform(f"{ROOT}/{marker}", _placed(position, bearing))
         self.meshcat.SetProperty(f"{ROOT}/{marker}", "visible", landed)
 
-    def _mesh(self, name: str, mesh: tuple[Array, NDArray[np.int32]], color: Color) -> None:
-        self.meshcat.SetTriangleMesh(f"{ROOT}/{name}", *mesh, Rgba(*color))
+    def _draw_line(self, name: str, points: Array, radius: float, color: Color) -> None:
+        draw_tube(self.meshcat, f"{ROOT}/{name}", points, radius, color)
 
 
-def _placed(position: tuple[float, float], bearing: float) -> Any:
+def _placed(position: Position, bearing: float) -> RigidTransform:
     """Return the pose of what stands at world (x, y) [m] on the floor, its x axis at `bearing` [rad]."""
     return RigidTransform(RotationMatrix.MakeZRotation(bearing), [*position, 0.0])
 
@@ -219,14 +205,3 @@ def _ellipse(along: float, across: float) -> Array:
     """Return an ellipse with half axes along x and y [m] as a closed path, shape (n, 3)."""
     around = np.linspace(0.0, 2 * np.pi, 49)
     return np.column_stack([along * np.cos(around), across * np.sin(around), np.zeros(len(around))])
-
-
-def _band(inner: float, outer: float, angles: Array, height: float) -> tuple[Array, NDArray[np.int32]]:
-    """Return a flat piece of a ring between two radii [m] at a `height` [m]: vertices (3, m) and triangles (3, k)."""
-    rays = np.vstack([np.cos(angles), np.sin(angles), np.zeros(len(angles))])
-    vertices = np.hstack([inner * rays, outer * rays])
-    vertices[2] = height
-    n = len(angles)
-    i = np.arange(n - 1)
-    triangles = np.hstack([[i, i + n, i + 1], [i + 1, i + n, i + n + 1]])
-    return np.asfortranarray(vertices), np.asfortranarray(triangles, dtype=np.int32)

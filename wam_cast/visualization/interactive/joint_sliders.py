@@ -1,23 +1,22 @@
-"""JointSliders: the robot in a Meshcat page, with a slider for each joint of its arm."""
+"""JointSliders: the robot in a Meshcat page, with a slider for each joint of its arm.
+
+Drake's own `JointSliders` aborts the process if another thread collects it, as a notebook's kernel may, and names no unit.
+"""
 
 from __future__ import annotations
 
 import asyncio
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
 
 import numpy as np
-from pydrake.geometry import Rgba
+from pydrake.geometry import Meshcat
 
 from wam_cast.robot.plant import N_ARM, make_arm_plant, starting_posture
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array
-from wam_cast.visualization.figures.robot import AXIS_COLORS, AXIS_LENGTH, room_of
+from wam_cast.visualization.figures.robot_figures import AXIS_COLORS, AXIS_LENGTH, room_of
 from wam_cast.visualization.scene import CastScene
-from wam_cast.visualization.viewer import place_camera, tube
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
+from wam_cast.visualization.viewer import draw_tube, place_camera
 
 STEP = 0.001
 """Of a slider [rad]."""
@@ -26,7 +25,7 @@ TUBE_RADIUS = 0.004
 """Of a frame's axes [m]."""
 
 PERIOD = 0.05
-"""Between two looks at the sliders [s]."""
+"""Polling interval of the sliders [s]."""
 
 
 class JointSliders:
@@ -42,14 +41,15 @@ class JointSliders:
         By letter, the plant's name of each frame to be drawn.
     """
 
-    def __init__(self, meshcat: Any, scenario: Scenario, frames: Mapping[str, str] | None = None) -> None:
+    def __init__(self, meshcat: Meshcat, scenario: Scenario, frames: Mapping[str, str] | None = None) -> None:
         self._meshcat = meshcat
         self._scene = CastScene(scenario, None, meshcat=meshcat)
         self._frames = {
             letter: self._scene.plant.GetFrameByName(name) for letter, name in (frames or {}).items()
         }
         for letter in self._frames:
-            _add_triad(meshcat, f"/frames/{letter}")
+            for name, axis, color in zip("xyz", AXIS_LENGTH * np.eye(3), AXIS_COLORS, strict=True):
+                draw_tube(meshcat, f"/frames/{letter}/{name}", np.array([0 * axis, axis]), TUBE_RADIUS, color)
         arm = make_arm_plant(scenario)
         limits = arm.GetPositionLowerLimits(), arm.GetPositionUpperLimits()
         start = starting_posture(arm, scenario)
@@ -91,10 +91,3 @@ class JointSliders:
         while True:
             self.update()
             await asyncio.sleep(PERIOD)
-
-
-def _add_triad(meshcat: Any, path: str) -> None:
-    """Add the axes of a frame: x red, y green, z blue."""
-    for name, axis, color in zip("xyz", AXIS_LENGTH * np.eye(3), AXIS_COLORS, strict=True):
-        ends = np.column_stack([np.zeros(3), axis])
-        meshcat.SetTriangleMesh(f"{path}/{name}", *tube(ends.T, TUBE_RADIUS), Rgba(*color))

@@ -1,19 +1,22 @@
-"""Panel: sliders, buttons and a caption in a Meshcat page, and what its readers did with them.
+"""Panel: Meshcat's sliders and buttons and a caption in its page, and what its readers did with them.
 
-Meshcat has no text; but a control's name is shown as HTML, wherever its own style puts it. So the caption is a button's name.
+`ipywidgets` would need a notebook, which `wam-cast show` has not. Meshcat has no text; but a control's name is shown as HTML,
+wherever its own style puts it. So the caption is a button's name.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
-from wam_cast.visualization.style import INK, PAPER, Color, css_color
+from matplotlib.colors import to_hex
+from pydrake.geometry import Meshcat
+
+from wam_cast.visualization.style import INK, PAPER, Color
 
 CAPTION_STYLE = (
     "position:fixed; left:0; top:0; width:21em; padding:12px 16px; font:13px/1.45 sans-serif; white-space:normal; "
-    f"text-shadow:none; color:{css_color(INK)}; background:{css_color(PAPER)}b0; pointer-events:none"
+    f"text-shadow:none; color:{to_hex(INK)}; background:{to_hex(PAPER)}b0; pointer-events:none"
 )
 
 PAGE_STYLE = (
@@ -55,7 +58,7 @@ class Panel:
         Their names, below the sliders, and the key on the keyboard, such as `KeyC`, that presses each of them.
     """
 
-    def __init__(self, meshcat: Any, sliders: Mapping[str, Slider], buttons: Mapping[str, str]) -> None:
+    def __init__(self, meshcat: Meshcat, sliders: Mapping[str, Slider], buttons: Mapping[str, str]) -> None:
         self._meshcat = meshcat
         self._sliders = dict(sliders)
         self._known = {
@@ -111,7 +114,9 @@ class Panel:
 
 def swatch(color: Color, sign: str, words: str) -> str:
     """Return HTML that says what a colour means, on one line."""
-    return f'<span style="white-space:nowrap"><span style="color:{css_color(color)}">{sign}</span> {words}</span>'
+    return (
+        f'<span style="white-space:nowrap"><span style="color:{to_hex(color)}">{sign}</span> {words}</span>'
+    )
 
 
 def _as_name(html: str) -> str:

@@ -1,4 +1,4 @@
-"""The picture of the set-up names what is there, where it is, and measures what the scenario says."""
+"""What is drawn into the rendered robot and set-up is where the picture has it."""
 
 import dataclasses
 
@@ -7,8 +7,16 @@ import pytest
 from matplotlib.figure import Figure
 
 from wam_cast.scenario import Scenario
-from wam_cast.visualization.figures.set_up import LEFT, draw_set_up, render_set_up
+from wam_cast.visualization.figures.robot_figures import (
+    LEFT,
+    draw_robot,
+    draw_set_up,
+    render_robot,
+    render_set_up,
+)
 from wam_cast.visualization.style import figure_style
+
+# --- set up
 
 CUPS = {"ahead": (0.75, 0.0), "near and aside": (0.25, -0.2)}
 HIGH = Scenario.from_dict(
@@ -91,3 +99,64 @@ def test_no_leader_comes_near_what_a_dimension_says_and_none_is_longer_than_its_
 def test_a_view_is_frozen(view):
     with pytest.raises(dataclasses.FrozenInstanceError):
         view.image = None
+
+
+# --- robot
+
+Q_BENT = np.array([0.0, 1.0, 0.0, 1.3, 0.0, -0.3, 0.0])
+
+FRAMES = {"W": "world", "B": "base", "E": "tool_plate", "L": "ball", "C": "cup"}
+
+
+@pytest.fixture(scope="module")
+def robot_view():
+    return render_robot(Scenario(), Q_BENT, cup=(0.6, 0.0), frames=FRAMES, has_joint_axes=True)
+
+
+@pytest.mark.slow
+def test_ball_is_seen_where_its_frame_is(robot_view):
+    column, row = robot_view.frames["L"][0].round().astype(int)
+    red, green, blue = robot_view.image[row, column].astype(int)
+    assert red > 1.5 * green > 3 * blue
+
+
+@pytest.mark.slow
+def test_frames_point_where_their_axes_do(robot_view):
+    for letter in "WC":
+        origin, x, y, z = robot_view.frames[letter]
+        assert x[0] > origin[0] + 10, "to the right"
+        assert y[1] < origin[1] - 3, "away from the camera, which looks down"
+        assert z[1] < origin[1] - 20, "up"
+    base, *_, down = robot_view.frames["B"]
+    assert down[1] > base[1] + 20, "the base hangs"
+    np.testing.assert_allclose(robot_view.frames["W"][0][0], base[0], atol=15)
+
+
+@pytest.mark.slow
+def test_joints_axes_are_those_of_the_arm(robot_view):
+    middles, ends = robot_view.joint_axes[:, 0], robot_view.joint_axes[:, 1]
+    directions = (ends - middles) / np.linalg.norm(ends - middles, axis=1, keepdims=True)
+    np.testing.assert_allclose(directions[0], [0, 1], atol=0.05, err_msg="joint 1 turns about the base axis")
+    for joint in (4, 6):
+        np.testing.assert_allclose(
+            directions[joint - 1], directions[1], atol=0.1, err_msg="in a planar posture"
+        )
+    shoulder, elbow = middles[1], middles[3]
+    upper_arm = (elbow - shoulder) / np.linalg.norm(elbow - shoulder)
+    np.testing.assert_allclose(
+        directions[2], upper_arm, atol=0.15, err_msg="joint 3 turns about the upper arm"
+    )
+
+
+@pytest.mark.slow
+def test_drawing_names_all_that_was_asked_for_and_nothing_else(robot_view, assert_reads_well):
+    with figure_style():
+        figure = Figure(figsize=(9, 5))
+        left, right = figure.subplots(1, 2)
+    draw_robot(left, robot_view)
+    plain = render_robot(Scenario(), Q_BENT)
+    draw_robot(right, plain)
+    assert [text.get_text() for text in left.texts if text.get_text()] == [*FRAMES, *"1234567"]
+    assert not right.texts
+    assert_reads_well(figure)
+    assert not np.array_equal(plain.image, robot_view.image), "without a cup"

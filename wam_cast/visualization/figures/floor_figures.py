@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.collections import PatchCollection
 from matplotlib.colors import Normalize
 from matplotlib.patches import Wedge
@@ -14,19 +15,15 @@ from matplotlib.ticker import MaxNLocator, PercentFormatter
 from numpy.typing import NDArray
 
 from wam_cast.types import Array
-from wam_cast.visualization.figures.looks import ABOVE, DARK, MIDDLE, MM, draw_legend
+from wam_cast.visualization.figures.plot_style import ABOVE, DARK, MIDDLE, MM, PERCENT, draw_legend
 from wam_cast.visualization.style import INK
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
 
 UNREACHABLE = (0.95, 0.95, 0.95)
 
-ROOM = 1.06
+VIEW = 1.06
 """Half the width of the view of the floor, by the largest radius."""
 
-LEAST_VIEW = 1e-3
+SMALLEST_VIEW = 1e-3
 """Of offsets, on either side of none [m]: what is smaller by far need not be told apart."""
 
 CAUGHT: Any = {"marker": "o", "markerfacecolor": "white", "markeredgecolor": INK, "markersize": 5}
@@ -50,10 +47,10 @@ def draw_floor(
 ) -> None:
     """Draw the reachable region in rings coloured by a probability, the stops of joint 1, and what became of casts.
 
+    World x runs to the right, y up.
+
     Parameters
     ----------
-    axes
-        Where to draw: world x to the right, y up.
     radii
         Of the rings, rising from the nearest to the farthest radius that can be reached [m], shape (n,); each ring's colour ends
         midway to the next.
@@ -74,33 +71,27 @@ def draw_floor(
     axes.add_collection(region)
     _draw_blind_sector(axes, radii[0], radii[-1], low, high)
     axes.plot(0, 0, "+", color=INK, markersize=9, markeredgewidth=1.2)
-    axes.annotate(
-        "base axis", (0, 0), (0, -7), textcoords="offset points", ha="center", va="top", fontsize=7.5
-    )
+    below: Any = {"textcoords": "offset points", "ha": "center", "va": "top"}
+    axes.annotate("base axis", (0, 0), (0, -7), fontsize=7.5, **below)
     is_all, is_none = share_caught == 1, share_caught == 0
-    looks = (
+    is_some = ~is_all & ~is_none
+    for label, chosen, look in (
         ("caught", is_all, CAUGHT),
-        ("some caught", ~is_all & ~is_none, SOME),
+        ("some caught", is_some, SOME),
         ("missed", is_none, MISSED),
-    )
-    for label, chosen, look in looks:
+    ):
         if chosen.any():
             axes.plot(*cups[chosen].T, linestyle="none", markeredgewidth=0.6, label=label, **look)
-    view = ROOM * radii[-1]
-    axes.set(xlim=(-view, view), ylim=(-view, view), aspect="equal")
+    view = VIEW * radii[-1]
+    axes.set(xlim=(-view, view), ylim=(-view, view), aspect="equal", xlabel="x [m]", ylabel="y [m]")
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MaxNLocator(5))
-    axes.set_xlabel("x [m]")
-    axes.set_ylabel("y [m]")
-    axes.figure.colorbar(
-        region,
-        ax=axes,
-        location="bottom",
-        format=PercentFormatter(1.0, symbol=None),
-        label="probability of entering without touching the rim [%]",
-        fraction=0.05,
-        aspect=35,
+    label, percent = (
+        "probability of entering without touching the rim [%]",
+        PercentFormatter(1.0, symbol=None),
     )
+    bar: Any = {"location": "bottom", "fraction": 0.05, "aspect": 35}
+    axes.figure.colorbar(region, ax=axes, format=percent, label=label, **bar)
     draw_legend(axes, title="executed casts:", alignment="left", ncols=3, **ABOVE)
 
 
@@ -110,21 +101,16 @@ def _draw_blind_sector(axes: Axes, nearest: float, farthest: float, low: float, 
     blind.set(facecolor=UNREACHABLE, edgecolor=(0.75, 0.75, 0.75), hatch="////", linewidth=0.5)
     axes.add_patch(blind)
     middle, radius = math.radians((low + high) / 2 + 180), 0.6 * farthest + 0.4 * nearest
-    axes.annotate(
-        "beyond\njoint 1's\nstops",
-        (radius * math.cos(middle), radius * math.sin(middle)),
-        ha="center",
-        va="center",
-        fontsize=7.5,
-        bbox={"facecolor": UNREACHABLE, "edgecolor": "none", "pad": 1.5},
-    )
+    place = radius * math.cos(middle), radius * math.sin(middle)
+    box = {"facecolor": UNREACHABLE, "edgecolor": "none", "pad": 1.5}
+    axes.annotate("beyond\njoint 1's\nstops", place, ha="center", va="center", fontsize=7.5, bbox=box)
 
 
 def draw_offsets(
     axes: Axes,
     radii: Array,
     predicted: Array,
-    spread: Array,
+    std: Array,
     cups: Array,
     executed: Array,
     *,
@@ -135,11 +121,9 @@ def draw_offsets(
 
     Parameters
     ----------
-    axes
-        Where to draw.
     radii
         At which there are predictions [m], shape (n,).
-    predicted, spread
+    predicted, std
         Expected offset and its standard deviation [m], each of shape (n,).
     cups, executed
         Radius of the cup and offset of each executed cast [m], each of shape (m,); nan for a ball that never came down.
@@ -149,36 +133,24 @@ def draw_offsets(
         In which the offset is, in words.
     """
     axes.axhline(0.0, color=INK, linewidth=0.6, zorder=1)
-    low, high = (predicted - spread) * MM, (predicted + spread) * MM
+    low, high = (predicted - std) * MM, (predicted + std) * MM
     axes.plot(radii, predicted * MM, color=DARK, label="predicted")
     axes.fill_between(radii, low, high, color=DARK, alpha=0.2, linewidth=0, label="± standard deviation")
     for label, chosen, look in (("caught", is_caught, EXECUTED), ("missed", ~is_caught, EXECUTED_MISSED)):
         if chosen.any():
             axes.plot(cups[chosen], executed[chosen] * MM, linestyle="none", label=label, **look)
     largest = np.nanmax(np.abs(np.concatenate([low, high, executed * MM])))
-    view = max(1.1 * largest, LEAST_VIEW * MM)
-    axes.set_ylim(-view, view)
+    view = max(1.1 * largest, SMALLEST_VIEW * MM)
     axes.grid(axis="y")
-    axes.set_ylabel(f"{direction} [mm]")
+    axes.set(ylim=(-view, view), ylabel=f"{direction} [mm]")
 
 
 def draw_chances(axes: Axes, radii: Array, probability: Array, rate: Array, low: Array, high: Array) -> None:
-    """Draw the probability of a clear entry and the measured hit rate with its interval, all of shape (n,), over radii [m]."""
-    axes.plot(radii, 100 * probability, color=DARK, label="clear entry, predicted")
-    errors = 100 * np.clip(np.vstack([rate - low, high - rate]), 0.0, None)
-    axes.errorbar(
-        radii,
-        100 * rate,
-        errors,
-        fmt="s",
-        color=MIDDLE,
-        markersize=4,
-        elinewidth=1.0,
-        capsize=2,
-        label="caught, 95 % interval",
-    )
-    axes.set_ylim(-4, 104)
+    """Draw the probability to clear the rim and the measured hit rate with its interval, all of shape (n,), over radii [m]."""
+    axes.plot(radii, probability * PERCENT, color=DARK, label="rim-clear entry, predicted")
+    errors = np.clip(np.vstack([rate - low, high - rate]), 0.0, None) * PERCENT
+    bars: Any = {"fmt": "s", "color": MIDDLE, "markersize": 4, "elinewidth": 1.0, "capsize": 2}
+    axes.errorbar(radii, rate * PERCENT, errors, label="caught, 95 % interval", **bars)
     axes.grid(axis="y")
-    axes.set_xlabel("cup's distance from the base axis [m]")
-    axes.set_ylabel("share [%]")
+    axes.set(ylim=(-4, 104), xlabel="cup's distance from the base axis [m]", ylabel="share [%]")
     draw_legend(axes, **ABOVE)

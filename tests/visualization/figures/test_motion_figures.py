@@ -1,4 +1,4 @@
-"""The motion over time is the recorded one, and its stages are named."""
+"""What is drawn over time is what was recorded, up to the beginning of the hold, and its stages are named."""
 
 import dataclasses
 
@@ -7,10 +7,53 @@ import pytest
 from matplotlib.figure import Figure
 
 from wam_cast.motion.stages import Stage
-from wam_cast.visualization.figures.motion import draw_motion
+from wam_cast.visualization.figures.motion_figures import HOLD_SHOWN, draw_motion, draw_over_time
 from wam_cast.visualization.recorded import without_turn
 from wam_cast.visualization.side_view import in_casting_plane
 from wam_cast.visualization.style import figure_style
+
+# --- over time
+
+
+@pytest.fixture
+def wide_axes():
+    with figure_style():
+        yield Figure(figsize=(6.3, 2.8)).subplots()
+
+
+def test_curves_are_the_given_ones_until_the_hold(wide_axes, caught, line_of, legend_of, assert_reads_well):
+    recording = without_turn(caught)
+    curves = {f"joint {i + 1}": recording.states[:, i] for i in range(7)}
+    draw_over_time(wide_axes, recording, curves, ylabel="angle [rad]")
+    end = recording.times[recording.stages == Stage.HOLD][0] + HOLD_SHOWN
+    for name, values in curves.items():
+        line = line_of(wide_axes, name)
+        np.testing.assert_array_equal(line[:, 0], recording.times[: len(line)])
+        np.testing.assert_array_equal(line[:, 1], values[: len(line)])
+        assert line[-1, 0] == pytest.approx(end, abs=0.002)
+    assert legend_of(wide_axes) == list(curves)
+    assert [text.get_text() for text in wide_axes.texts] == ["move", "wait", "drop", "hold"]
+    assert_reads_well(wide_axes.figure)
+
+
+def test_legend_is_beside_the_curves_and_one_curve_has_none(
+    caught, legend_of, assert_hides_nothing, wide_axes
+):
+    draw_over_time(wide_axes, caught, {"a": caught.times, "b": -caught.times}, ylabel="time [s]")
+    assert_hides_nothing(wide_axes)
+    with figure_style():
+        alone = Figure().subplots()
+    draw_over_time(alone, caught, {"a": caught.times}, ylabel="time [s]", is_named=False)
+    assert legend_of(alone) == []
+    assert not alone.texts
+
+
+def test_recording_that_ends_before_the_hold_is_shown_to_its_end(landed, wide_axes):
+    draw_over_time(wide_axes, landed, {"a": landed.times}, ylabel="time [s]")
+    assert wide_axes.get_xlim() == (0.0, landed.times[-1])
+
+
+# --- motion
 
 
 def draw(recording):

@@ -13,7 +13,7 @@ from wam_cast.errors import InputError
 from wam_cast.experiments.floor_map import MapSize, map_floor
 from wam_cast.experiments.floor_picture import draw_floor_picture, write_floor_picture
 from wam_cast.scenario import Noise, Scenario
-from wam_cast.visualization.figures.floor_map import draw_chances, draw_floor, draw_offsets
+from wam_cast.visualization.figures.floor_figures import draw_chances, draw_floor, draw_offsets
 from wam_cast.visualization.style import figure_style
 
 RADII, PROBABILITY = np.array([0.2, 0.6, 1.0]), np.array([0.9, 0.5, 0.1])
@@ -125,14 +125,14 @@ def test_chances_and_rates_are_in_percent_with_their_intervals(axes, line_of, le
     rate = np.array([1.0, 0.5, 0.0])
     draw_chances(axes, RADII, PROBABILITY, rate, np.array([0.7, 0.2, 0.0]), np.array([1.0, 0.8, 0.3]))
     np.testing.assert_allclose(
-        line_of(axes, "clear entry, predicted"), np.column_stack([RADII, [90, 50, 10]])
+        line_of(axes, "rim-clear entry, predicted"), np.column_stack([RADII, [90, 50, 10]])
     )
     (container,) = axes.containers
     np.testing.assert_allclose(container[0].get_xydata(), np.column_stack([RADII, [100, 50, 0]]))
     (bars,) = container[2]
     ends = [segment[:, 1] for segment in bars.get_segments()]
     np.testing.assert_allclose(ends, [[70, 100], [20, 80], [0, 30]], atol=1e-9)
-    assert legend_of(axes) == ["clear entry, predicted", "caught, 95 % interval"]
+    assert legend_of(axes) == ["rim-clear entry, predicted", "caught, 95 % interval"]
     assert_reads_well(axes.figure)
 
 
@@ -158,8 +158,8 @@ def test_the_picture_shows_all_cups_and_casts_and_reads_well(
         dots = line_of(axes, "caught")
         assert len(dots) == floor.n_caught
         np.testing.assert_allclose(dots[:, 1], value, atol=0.5 * floor.is_noisy * (axes is along) + 1e-9)
-    expected = floor.rings[["radius", "clear_entry_probability"]] * [1, 100]
-    np.testing.assert_allclose(line_of(chances, "clear entry, predicted"), expected)
+    expected = floor.rings[["radius", "rim_clear_probability"]] * [1, 100]
+    np.testing.assert_allclose(line_of(chances, "rim-clear entry, predicted"), expected)
 
 
 @pytest.mark.parametrize("suffix", ["png", "pdf", "svg"])

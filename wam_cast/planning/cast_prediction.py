@@ -9,14 +9,14 @@ import numpy as np
 
 from wam_cast.cast import Cast
 from wam_cast.casting_plane import from_casting_plane, to_casting_plane, to_polar
-from wam_cast.planning.landing_distribution import Spread, clear_entry_probability, landing_spread
+from wam_cast.planning.landing_distribution import LandingStd, landing_std, rim_clear_probability
 from wam_cast.planning.prediction import (
     ACROSS,
     ALONG,
     ENTRY_ANGLE,
     ENTRY_SPEED,
-    PEAK_LOAD,
-    PEAK_SPEED,
+    PEAK_TORQUE_UTILIZATION,
+    PEAK_VELOCITY_UTILIZATION,
     SLACK,
     Predictor,
 )
@@ -35,29 +35,29 @@ class Prediction:
         World (x, y) where the ball is expected to cross the rim plane [m], shape (2,).
     miss
         Its distance from the cup's axis [m].
-    spread
+    std
         Predictive standard deviations of the landing along and across the casting plane [m]: the model's own error, and the
         scenario's noise of the move and the swing.
     entry_angle, entry_speed
         Of the ball at the rim plane: from the vertical [rad], and [m/s].
     slack
         Of the string from the landing on [m].
-    peak_load, peak_speed
+    peak_torque_utilization, peak_velocity_utilization
         The largest utilization of the motors' torque limits and of the joints' velocity limits, up to the landing.
-    clear_entry_probability
+    rim_clear_probability
         That the ball enters the cup without touching its rim.
     """
 
     cast: Cast
     landing: Array
     miss: float
-    spread: Spread
+    std: LandingStd
     entry_angle: float
     entry_speed: float
     slack: float
-    peak_load: float
-    peak_speed: float
-    clear_entry_probability: float
+    peak_torque_utilization: float
+    peak_velocity_utilization: float
+    rim_clear_probability: float
 
     @classmethod
     def of(cls, model: Predictor, cast: Cast, cup: Position) -> Prediction:
@@ -86,21 +86,19 @@ class Prediction:
         cls, model: Predictor, cast: Cast, cup: Position, outputs: list[float], offset: tuple[float, float]
     ) -> Prediction:
         """Return what the model's `outputs` for `cast` mean for a cup from which the ball lands by `offset` [m]."""
-        std = landing_spread(model, cast.to_array(), model.scenario.noise)
+        std = landing_std(model, cast.to_array(), model.scenario.noise)
         landing = from_casting_plane(outputs[ALONG], outputs[ACROSS], cast.bearing)
         return cls(
             cast=cast,
             landing=landing,
             miss=float(np.linalg.norm(landing - cup)),
-            spread=std,
+            std=std,
             entry_angle=outputs[ENTRY_ANGLE],
             entry_speed=outputs[ENTRY_SPEED],
             slack=outputs[SLACK],
-            peak_load=outputs[PEAK_LOAD],
-            peak_speed=outputs[PEAK_SPEED],
-            clear_entry_probability=clear_entry_probability(
-                model.scenario, outputs[ENTRY_ANGLE], offset, std
-            ),
+            peak_torque_utilization=outputs[PEAK_TORQUE_UTILIZATION],
+            peak_velocity_utilization=outputs[PEAK_VELOCITY_UTILIZATION],
+            rim_clear_probability=rim_clear_probability(model.scenario, outputs[ENTRY_ANGLE], offset, std),
         )
 
 

@@ -1,19 +1,19 @@
-"""What the figures share: units, the looks of curves, which differ in grey too, and axes."""
+"""What the figures share: units, the styles of curves, which differ in grey too, logarithmic axes, legends and pictures."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable
+from typing import Any
 
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.patheffects import AbstractPathEffect, withStroke
 from matplotlib.ticker import LogFormatterMathtext, LogLocator, NullFormatter, NullLocator, StrMethodFormatter
+from numpy.typing import NDArray
 
 from wam_cast.visualization.style import INK, Color
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from matplotlib.axes import Axes
-    from matplotlib.axis import Axis
 
 CM, MM, MS, PERCENT = 1e2, 1e3, 1e3, 1e2
 """How many of each make a metre, a second or a whole."""
@@ -24,7 +24,7 @@ LIGHT: Color = (0.27, 0.70, 0.66)
 GREY: Color = (0.56, 0.58, 0.62)
 """From dark to light, told apart by those who see no colours."""
 
-LOOKS: tuple[dict[str, Any], ...] = (
+CURVE_STYLES: tuple[dict[str, Any], ...] = (
     {"color": DARK, "linestyle": "-", "marker": "o"},
     {"color": MIDDLE, "linestyle": (0, (5, 2)), "marker": "s"},
     {"color": LIGHT, "linestyle": (0, (5, 1.5, 1, 1.5)), "marker": "^"},
@@ -34,8 +34,18 @@ LOOKS: tuple[dict[str, Any], ...] = (
     {"color": LIGHT, "linestyle": "-", "marker": "X"},
 )
 
-OWN_LOOKS = {"validation": 0, "test": 1, "training": 2}
+OWN_STYLES = {"validation": 0, "test": 1, "training": 2}
 """These curves look the same in all figures."""
+
+DOTS: Any = {
+    "color": DARK,
+    "marker": "o",
+    "markersize": 3,
+    "markeredgewidth": 0,
+    "alpha": 0.5,
+    "linestyle": "none",
+}
+"""Of single casts."""
 
 PAPER_MARK: Any = {
     "color": INK,
@@ -46,6 +56,9 @@ PAPER_MARK: Any = {
 }
 """Of a value that the paper gives."""
 
+THIN_LINE: Any = {"color": INK, "linewidth": 0.8, "zorder": 1}
+"""Of what the data are compared with, below them."""
+
 CHOSEN_LINE: Any = {"color": INK, "linewidth": 0.9, "linestyle": (0, (6, 3))}
 OTHER_CHOSEN_LINE: Any = {"color": INK, "linewidth": 0.9, "linestyle": (0, (1, 2))}
 
@@ -54,12 +67,19 @@ BESIDE: Any = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)}
 """Where a legend hides no data."""
 
 
-def curve_looks(names: Iterable[str]) -> dict[str, dict[str, Any]]:
+def curve_styles(names: Iterable[str]) -> dict[str, dict[str, Any]]:
     """Return a colour, dash and marker for each of the names, none of them twice; there are seven."""
     names = list(names)
-    taken = {OWN_LOOKS[name] for name in names if name in OWN_LOOKS}
-    free = iter([number for number in range(len(LOOKS)) if number not in taken])
-    return {name: LOOKS[OWN_LOOKS[name] if name in OWN_LOOKS else next(free)] for name in names}
+    taken = {OWN_STYLES[name] for name in names if name in OWN_STYLES}
+    free = iter([number for number in range(len(CURVE_STYLES)) if number not in taken])
+    return {name: CURVE_STYLES[OWN_STYLES[name] if name in OWN_STYLES else next(free)] for name in names}
+
+
+def use_log_axes(axes: Axes) -> None:
+    """Make both axes logarithmic, whose data are drawn already."""
+    axes.set(xscale="log", yscale="log")
+    mark_log_axis(axes.xaxis)
+    mark_log_axis(axes.yaxis)
 
 
 def mark_log_axis(axis: Axis) -> None:
@@ -85,3 +105,16 @@ def draw_legend(axes: Axes, **settings: Any) -> None:
     """Add a legend if anything has a label; `settings` as for matplotlib's."""
     if axes.get_legend_handles_labels()[0]:
         axes.legend(**settings)
+
+
+def halo(width: float = 3.0) -> list[AbstractPathEffect]:
+    """Return what surrounds lines and letters on a picture with white, `width` [pt] wide."""
+    return [withStroke(linewidth=width, foreground="white")]
+
+
+def draw_picture(axes: Axes, image: NDArray[np.uint8]) -> None:
+    """Draw a picture, shape (height, width, 3), that fills the axes; what follows has its columns and rows as coordinates."""
+    height, width = image.shape[:2]
+    axes.imshow(image, interpolation="antialiased")
+    axes.set(xlim=(-0.5, width - 0.5), ylim=(height - 0.5, -0.5))
+    axes.set_axis_off()

@@ -50,9 +50,7 @@ def cells(without: str, trials: pd.DataFrame) -> tuple[str, ...]:
 
 
 def main() -> None:
-    arguments = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     arguments.add_argument("--cups", type=int, default=150)
     arguments.add_argument("--seed", type=int, default=0)
     arguments.add_argument("--scenario", type=Path, help="YAML file; default: the reference scenario")

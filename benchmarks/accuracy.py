@@ -39,16 +39,12 @@ def converged_landing(station: CastStation, simulator: Simulator, cast: Cast) ->
         v_WL.append(velocity.Eval(context))
         if p_WL[-1][2] < scenario.cup.rim_height:
             break
-    crossing = find_crossing(
-        BallTrack(np.array(times), np.array(p_WL), np.array(v_WL)), scenario.cup.rim_height
-    )
+    crossing = find_crossing(BallTrack(np.array(times), np.array(p_WL), np.array(v_WL)), scenario.cup.rim_height)
     return np.nan if crossing is None else float(np.hypot(*crossing.p_WL[:2]))
 
 
 def main() -> None:
-    arguments = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     arguments.add_argument("--casts", type=int, default=50)
     arguments.add_argument("--seed", type=int, default=2)
     options = arguments.parse_args()
@@ -59,12 +55,9 @@ def main() -> None:
     ours = CastSimulator(scenario)
     casts = [sample_cast(scenario, options.seed, row) for row in range(options.casts)]
     differences = [
-        1e3 * abs(ours.simulate(cast).landing_along - converged_landing(station, simulator, cast))
-        for cast in casts
+        1e3 * abs(ours.simulate(cast).landing_along - converged_landing(station, simulator, cast)) for cast in casts
     ]
-    table = Table(
-        "median", "P95", "max", title=f"landing, off the converged one, {len(casts)} random casts [mm]"
-    )
+    table = Table("median", "P95", "max", title=f"landing, off the converged one, {len(casts)} random casts [mm]")
     table.add_row(*(f"{value:.4f}" for value in np.percentile(differences, [50, 95, 100])))
     Console().print(table)
 

@@ -40,9 +40,7 @@ N_GROUPS = 8
 
 
 def main() -> None:
-    arguments = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     arguments.add_argument("--casts", type=int, default=1000)
     arguments.add_argument("--cups", type=int, default=100)
     arguments.add_argument("--seed", type=int, default=1)
@@ -72,14 +70,10 @@ def main() -> None:
             figure.savefig(options.picture, dpi=150)
 
 
-def _print_calibration(
-    console: Console, model: ForwardModel, casts: Array, residuals: Array
-) -> dict[str, Array]:
+def _print_calibration(console: Console, model: ForwardModel, casts: Array, residuals: Array) -> dict[str, Array]:
     """Print the calibration of the posterior alone and of the corrected one; return their coverage."""
     posterior = KernelRidge(
-        sigma=model.info.sigma,
-        regularization=model.info.regularization,
-        input_bounds=cast_bounds(model.scenario),
+        sigma=model.info.sigma, regularization=model.info.regularization, input_bounds=cast_bounds(model.scenario)
     ).fit(model.training_casts, model.training_outputs[:, 0])
     deviations = {"posterior alone": posterior.predict_std(casts), "corrected": model.uncertainty.std(casts)}
     curves = {name: coverage(residuals, std, SHARES) for name, std in deviations.items()}
@@ -100,9 +94,7 @@ def _print_calibration(
 
 
 def _print_groups(console: Console, residuals: Array, std: Array) -> None:
-    table = Table(
-        "predicted [mm]", "root mean square [mm]", "largest [mm]", title="errors, by predicted deviation"
-    )
+    table = Table("predicted [mm]", "root mean square [mm]", "largest [mm]", title="errors, by predicted deviation")
     for group in np.array_split(np.argsort(std), N_GROUPS):
         table.add_row(
             f"{1e3 * np.sqrt(np.mean(std[group] ** 2)):.2f}",
@@ -112,18 +104,12 @@ def _print_groups(console: Console, residuals: Array, std: Array) -> None:
     console.print(table)
 
 
-def _print_clear_entries(
-    console: Console, model: ForwardModel, n_cups: int, seed: int, workers: Workers
-) -> None:
+def _print_clear_entries(console: Console, model: ForwardModel, n_cups: int, seed: int, workers: Workers) -> None:
     """Print how often balls enter the cup rim-clear with the noise of a typical arm, and how often they are predicted to."""
     scenario = Scenario(noise=Noise.typical())
     bound, cups = model.bound_to(scenario), draw_cups(Reach.of(model), n_cups, seed)
     table = Table(
-        "planner",
-        "predicted",
-        "executed",
-        "95 % interval",
-        title=f"rim-clear entries, {n_cups} cups, noise on",
+        "planner", "predicted", "executed", "95 % interval", title=f"rim-clear entries, {n_cups} cups, noise on"
     )
     throwers = [Thrower(method, method, bound, cups) for method in METHODS]
     trials = plan_and_execute(scenario, throwers, seed=seed, executor=workers)

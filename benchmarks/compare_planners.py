@@ -24,16 +24,12 @@ from wam_cast.scenario import Noise, Scenario
 
 
 def main() -> None:
-    arguments = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     arguments.add_argument("--cups", type=int, default=100)
     arguments.add_argument("--seed", type=int, default=0)
     arguments.add_argument("--noise", action="store_true", help="what is typical of a real arm")
     arguments.add_argument("--budget", type=int, help="by default what the program uses at the median")
-    arguments.add_argument(
-        "--casts", type=int, default=N_CASTS, help="of a search on the simulator, for each cup"
-    )
+    arguments.add_argument("--casts", type=int, default=N_CASTS, help="of a search on the simulator, for each cup")
     arguments.add_argument("--workers", type=int, help="by default one for each processor")
     arguments.add_argument("--markdown", type=Path, metavar="FILE", help="write the table there too")
     options = arguments.parse_args()

@@ -36,9 +36,7 @@ Record = dict[str, Any]
 
 
 def main() -> None:
-    arguments = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     arguments.add_argument("revision", help="what git calls the other tree")
     for name, size in SIZES.items():
         arguments.add_argument(f"--{name}", type=int, default=size)
@@ -51,13 +49,9 @@ def main() -> None:
     here = Path(__file__).parents[1]
     with tempfile.TemporaryDirectory() as folder:
         there = Path(folder) / "tree"
-        subprocess.run(
-            ["git", "worktree", "add", "-q", "--detach", there, options.revision], cwd=here, check=True
-        )
+        subprocess.run(["git", "worktree", "add", "-q", "--detach", there, options.revision], cwd=here, check=True)
         try:
-            old, new = (
-                _run_probe(tree, Path(folder) / name) for tree, name in ((there, "old"), (here, "new"))
-            )
+            old, new = (_run_probe(tree, Path(folder) / name) for tree, name in ((there, "old"), (here, "new")))
         finally:
             subprocess.run(["git", "worktree", "remove", "--force", there], cwd=here, check=True)
     differences = 0
@@ -108,9 +102,7 @@ def _execute(n: int, rng: np.random.Generator) -> list[Record]:
     outcomes = []
     for i, cup in enumerate(_cups(n, rng)):
         noise = wc.Noise.typical() if i % 4 == 0 else wc.Noise()
-        scenario = wc.Scenario.from_dict(
-            {"cup": {"restitution": (0.25, 0.6)[i % 2]}, "noise": noise.model_dump()}
-        )
+        scenario = wc.Scenario.from_dict({"cup": {"restitution": (0.25, 0.6)[i % 2]}, "noise": noise.model_dump()})
         cast = wc.plan_cast(wc.reference_model(), cup).cast
         beside = np.array(cup) + rng.normal(scale=0.02, size=2)
         outcomes.append(wc.simulate_cast(scenario, cast, (float(beside[0]), float(beside[1])), noise_seed=i))
@@ -140,9 +132,7 @@ def _fields(thing: Any) -> Record:
 def _record(values: Any) -> Any:
     """Return nested values with every float as hexadecimal text, under new names."""
     if isinstance(values, dict):
-        return {
-            RENAMED.get(key, key): _record(value) for key, value in values.items() if key not in FREE_TEXT
-        }
+        return {RENAMED.get(key, key): _record(value) for key, value in values.items() if key not in FREE_TEXT}
     if dataclasses.is_dataclass(values):
         return _record(_fields(values))
     if isinstance(values, np.ndarray):

@@ -45,19 +45,14 @@ Throw = Callable[[ForwardModel, str, str], pd.DataFrame]
 
 
 def main() -> None:
-    arguments = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     arguments.add_argument("--cups", type=int, default=200)
     arguments.add_argument("--seed", type=int, default=0)
     arguments.add_argument("--region", choices=("line", "floor"), default="line")
     arguments.add_argument("--noise", action="store_true")
     arguments.add_argument("--smallest", action="store_true")
     arguments.add_argument(
-        "--planner",
-        action="append",
-        choices=(*METHODS, "grid", "cma-es"),
-        help="repeatable; default: both planners",
+        "--planner", action="append", choices=(*METHODS, "grid", "cma-es"), help="repeatable; default: both planners"
     )
     arguments.add_argument("--workers", type=int, help="default: one for each processor")
     options = arguments.parse_args()
@@ -87,9 +82,7 @@ def main() -> None:
 def _plan(model: ForwardModel, cups: list[Polar], method: str, seed: int) -> list[Trial]:
     return [
         Trial(
-            _cast(model, cup, method, derived_seed(seed, Purpose.SEARCH, i)),
-            cup,
-            derived_seed(seed, Purpose.NOISE, i),
+            _cast(model, cup, method, derived_seed(seed, Purpose.SEARCH, i)), cup, derived_seed(seed, Purpose.NOISE, i)
         )
         for i, cup in enumerate(cups)
     ]
@@ -133,9 +126,7 @@ def _smallest(model: ForwardModel, noise: Noise, methods: Sequence[str], throw: 
         for radius in RADII:
             smaller = cup.model_copy(update={"inner_radius": radius})
             trials = throw(
-                model.bound_to(Scenario(cup=smaller, noise=noise)),
-                method,
-                f"{method}, {kind}, {1e3 * radius:g} mm",
+                model.bound_to(Scenario(cup=smaller, noise=noise)), method, f"{method}, {kind}, {1e3 * radius:g} mm"
             )
             table.add_row(method, kind, f"{1e3 * radius:g}", *_caught(trials), _failures(trials))
             if trials["is_caught"].sum() < LEAST_RATE * len(trials):

@@ -39,19 +39,14 @@ def seconds_and_evaluations(
 
 
 def main() -> None:
-    arguments = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     arguments.add_argument("--cups", type=int, default=60)
     arguments.add_argument("--noise", action="store_true", help="plan for what is typical of a real arm")
     options = arguments.parse_args()
     start = time.process_time()
     model = reference_model().bound_to(Scenario(noise=Noise.typical() if options.noise else Noise()))
     loaded = time.process_time() - start
-    planners: list[tuple[Method, Solver | None]] = [
-        ("gradient", None),
-        *(("program", name) for name in SOLVERS),
-    ]
+    planners: list[tuple[Method, Solver | None]] = [("gradient", None), *(("program", name) for name in SOLVERS)]
     table = Table(
         "planner",
         "ms a plan: median, P95, max",

@@ -86,9 +86,7 @@ def plant_seconds(scenario: Scenario, step: float, flight_time: float) -> float:
 
 
 def main() -> None:
-    arguments = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     arguments.add_argument("--casts", type=int, default=60)
     arguments.add_argument("--seed", type=int, default=1)
     options = arguments.parse_args()
@@ -99,9 +97,7 @@ def main() -> None:
     cups = [(float(outcome.landing[0]), float(outcome.landing[1])) for outcome in outcomes]
     flight_time = sum(outcome.end_time for outcome in outcomes) / len(outcomes)
 
-    table = Table(
-        title=f"{len(casts)} random casts (seed {options.seed}), {flight_time:.2f} s each, one core"
-    )
+    table = Table(title=f"{len(casts)} random casts (seed {options.seed}), {flight_time:.2f} s each, one core")
     for heading in ("cast", "ms a cast", "casts a second", "of a free cast"):
         table.add_column(heading, justify="left" if heading == "cast" else "right")
     free = mean_seconds(lambda i: simulator.simulate(casts[i]), len(casts))
@@ -116,9 +112,7 @@ def main() -> None:
     controller = controller_seconds(scenario, casts)
     plant = plant_seconds(scenario, simulator.step, flight_time)
     shares = {"plant": plant, "controller": controller, "the rest": free - plant - controller}
-    console.print(
-        "of a free cast: " + ", ".join(f"{name} {seconds / free:.0%}" for name, seconds in shares.items())
-    )
+    console.print("of a free cast: " + ", ".join(f"{name} {seconds / free:.0%}" for name, seconds in shares.items()))
 
 
 if __name__ == "__main__":

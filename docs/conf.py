@@ -71,7 +71,9 @@ autodoc_typehints_format = "short"
 python_use_unqualified_type_names = True
 python_maximum_signature_line_length = 90
 add_module_names = False
-default_role = "py:obj"  # `name` leads to what its module calls so, `.name` to what any module does; others stay as they are
+default_role = (
+    "py:obj"  # `name` leads to what its module calls so, `.name` to what any module does; others stay as they are
+)
 numpydoc_show_class_members = False  # autodoc shows them
 warnings.filterwarnings("ignore", "Unknown section", UserWarning, "numpydoc")  # in docstrings of Drake's
 

@@ -108,9 +108,7 @@ SHELLS: list[Shell] = [
         fillet=0.010,
     ),
     Shell("base", "graphite", turned((0.102, 0.095), (0.118, 0.095)), fillet=0.002),
-    Shell(
-        "base", "graphite", box(-0.128, -0.100, 0.055, 0.020, 0.006, at=(0.0, 0.046)), axis="x", segments=16
-    ),
+    Shell("base", "graphite", box(-0.128, -0.100, 0.055, 0.020, 0.006, at=(0.0, 0.046)), axis="x", segments=16),
     # link 1: the yaw housing, the shoulder's fork with the covers of the differential, two motors at the back
     Shell(
         "link1",
@@ -140,12 +138,7 @@ SHELLS: list[Shell] = [
     ),
     # link 2: the drum of the shoulder's differential, up to the bearing of joint 3
     Shell("link2", "graphite", turned((-0.088, 0.066), (0.088, 0.066)), axis="y"),
-    Shell(
-        "link2",
-        "graphite",
-        turned((-0.055, 0.045), (-0.025, 0.074), (0.055, 0.076), (0.098, 0.064)),
-        fillet=0.018,
-    ),
+    Shell("link2", "graphite", turned((-0.055, 0.045), (-0.025, 0.074), (0.055, 0.076), (0.098, 0.064)), fillet=0.018),
     Shell("link2", "aluminium", turned((0.096, 0.059), (0.108, 0.059)), fillet=0.002),
     # link 3: the upper arm's tube, which broadens to the fork that holds the elbow's axis 45 mm ahead of it
     Shell("link3", "white", turned((0.109, 0.058), (0.150, 0.057), (0.190, 0.0445), (0.400, 0.0435)), 0.012),
@@ -159,37 +152,23 @@ SHELLS: list[Shell] = [
         ],
         fillet=0.008,
     ),
-    *both_sides(
-        Shell("link3", "white", plate(0.047, 0.066, (0.045, 0.55, 0.046), (0.003, 0.455, 0.040)), 0.006, "y")
-    ),
-    *both_sides(
-        Shell("link3", "graphite", turned((0.065, 0.036), (0.072, 0.033), at=(0.045, 0.55)), 0.003, "y", 24)
-    ),
-    *both_sides(
-        Shell("link3", "aluminium", turned((0.071, 0.012), (0.075, 0.012), at=(0.045, 0.55)), 0.002, "y", 16)
-    ),
+    *both_sides(Shell("link3", "white", plate(0.047, 0.066, (0.045, 0.55, 0.046), (0.003, 0.455, 0.040)), 0.006, "y")),
+    *both_sides(Shell("link3", "graphite", turned((0.065, 0.036), (0.072, 0.033), at=(0.045, 0.55)), 0.003, "y", 24)),
+    *both_sides(Shell("link3", "aluminium", turned((0.071, 0.012), (0.075, 0.012), at=(0.045, 0.55)), 0.002, "y", 16)),
     # link 4: the elbow's drum, its web back to the arm's centre line, the forearm
     Shell("link4", "graphite", turned((-0.046, 0.042), (0.046, 0.042)), axis="y"),
-    Shell(
-        "link4", "graphite", plate(-0.040, 0.040, (0.0, 0.0, 0.040), (-0.045, 0.040, 0.038)), 0.006, "y", 24
-    ),
+    Shell("link4", "graphite", plate(-0.040, 0.040, (0.0, 0.0, 0.040), (-0.045, 0.040, 0.038)), 0.006, "y", 24),
     Shell(
         "link4",
         "white",
-        turned(
-            (0.018, 0.041), (0.034, 0.046), (0.125, 0.045), (0.195, 0.036), (0.243, 0.035), at=(-0.045, 0)
-        ),
+        turned((0.018, 0.041), (0.034, 0.046), (0.125, 0.045), (0.195, 0.036), (0.243, 0.035), at=(-0.045, 0)),
         fillet=0.008,
     ),
     Shell("link4", "aluminium", turned((0.242, 0.031), (0.251, 0.031), at=(-0.045, 0)), 0.002, "z", 24),
     # link 5: the wrist's fork
     Shell("link5", "graphite", turned((0.251, 0.034), (0.268, 0.034)), 0.004, "z", 24),
-    *both_sides(
-        Shell("link5", "graphite", plate(0.029, 0.039, (0, 0.300, 0.024), (0, 0.264, 0.027)), 0.003, "y", 24)
-    ),
-    *both_sides(
-        Shell("link5", "aluminium", turned((0.038, 0.016), (0.042, 0.016), at=(0, 0.3)), 0.002, "y", 16)
-    ),
+    *both_sides(Shell("link5", "graphite", plate(0.029, 0.039, (0, 0.300, 0.024), (0, 0.264, 0.027)), 0.003, "y", 24)),
+    *both_sides(Shell("link5", "aluminium", turned((0.038, 0.016), (0.042, 0.016), at=(0, 0.3)), 0.002, "y", 16)),
     # link 6: the drum of the wrist's differential, the bearing and the motor of joint 7
     Shell("link6", "black", turned((-0.029, 0.025), (0.029, 0.025)), 0.003, "y", 24),
     Shell("link6", "graphite", turned((0.000, 0.023), (0.018, 0.029), (0.045, 0.029)), 0.005, "z", 24),

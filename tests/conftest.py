@@ -153,9 +153,7 @@ def browser():
     """Return a headless Chromium, driven by Playwright; without one the test is skipped."""
     executable = next(filter(None, map(shutil.which, BROWSERS)), None)
     if executable is None:
-        pytest.skip(
-            f"no browser: none of {', '.join(BROWSERS)} is on the PATH (Debian: apt-get install chromium)"
-        )
+        pytest.skip(f"no browser: none of {', '.join(BROWSERS)} is on the PATH (Debian: apt-get install chromium)")
     # Few tests need it, and it starts a process.
     from playwright.sync_api import sync_playwright
 
@@ -192,5 +190,8 @@ def limp():
 
         def set_cast(self, context, cast):
             pass
+
+        def hand_desired(self, time, motion):
+            return np.zeros(3), np.zeros(3)
 
     return Limp

@@ -33,8 +33,7 @@ def test_a_plans_old_names(plan, old, new):
 
 
 @pytest.mark.parametrize(
-    ("old", "new"),
-    [("peak_load", "peak_torque_utilization"), ("peak_speed", "peak_velocity_utilization")],
+    ("old", "new"), [("peak_load", "peak_torque_utilization"), ("peak_speed", "peak_velocity_utilization")]
 )
 def test_an_outcomes_old_names(simulator, old, new):
     outcome = simulator.simulate(wc.Cast(0.3, 0.6, 0.1))
@@ -42,9 +41,7 @@ def test_an_outcomes_old_names(simulator, old, new):
         np.testing.assert_array_equal(getattr(outcome, old), getattr(outcome, new))
 
 
-@pytest.mark.parametrize(
-    ("old", "new"), [("known_casts", "training_casts"), ("known_outputs", "training_outputs")]
-)
+@pytest.mark.parametrize(("old", "new"), [("known_casts", "training_casts"), ("known_outputs", "training_outputs")])
 def test_a_models_old_names(model, old, new):
     with pytest.warns(DeprecationWarning, match=f"ForwardModel.{old} is now {new}"):
         assert getattr(model, old) is getattr(model, new)

@@ -38,9 +38,7 @@ def describe_validation(error: ValidationError, model: type[BaseModel] | None = 
     if first["type"] == "value_error":  # written by a validator of ours, which names the value itself
         line = message
     elif first["type"] == "extra_forbidden":
-        line = (
-            f"{path}: unknown key; {f'allowed here: {keys}' if keys else 'remove it or correct its spelling'}"
-        )
+        line = f"{path}: unknown key; {f'allowed here: {keys}' if keys else 'remove it or correct its spelling'}"
     elif first["type"] == "missing":
         line = f"{path}: a value is missing, found {first['input']!r}"
     elif first["type"] == "model_type" and keys:

@@ -17,21 +17,12 @@ from wam_cast.planning.prediction import Predictor
 from wam_cast.planning.program import TERMS, Term, plan_by_program
 from wam_cast.planning.reach import Reach
 
-VARIANTS: dict[str, tuple[Term, ...]] = {
-    "nothing": (),
-    **{term: (term,) for term in TERMS},
-    "all of them": TERMS,
-}
+VARIANTS: dict[str, tuple[Term, ...]] = {"nothing": (), **{term: (term,) for term in TERMS}, "all of them": TERMS}
 """What is left out: nothing, each term alone, and all of them."""
 
 
 def ablate(
-    model: Predictor,
-    n_cups: int,
-    *,
-    seed: int = 0,
-    executor: Executor | Workers,
-    report: Callable[[int, int], object],
+    model: Predictor, n_cups: int, *, seed: int = 0, executor: Executor | Workers, report: Callable[[int, int], object]
 ) -> pd.DataFrame:
     """Return the trials of plans without each of the program's terms, over the same random cups and the same noise.
 

@@ -62,9 +62,7 @@ class Found:
         return len(self.trace)
 
 
-def search_cast(
-    method: Search, scenario: Scenario, objective: Objective, budget: int, *, seed: int = 0
-) -> Found:
+def search_cast(method: Search, scenario: Scenario, objective: Objective, budget: int, *, seed: int = 0) -> Found:
     """Return the cast of least miss that a search finds.
 
     Every cast that the objective is asked about keeps the scenario's bounds and the shortest duration of a move.
@@ -208,6 +206,4 @@ def _search_bayesian(evaluate: _Evaluations, seed: int) -> None:
 
 
 def _missing(method: str, package: str) -> InputError:
-    return InputError(
-        f"the search {method!r} needs the package {package}: pip install 'wam-cast[comparison]'"
-    )
+    return InputError(f"the search {method!r} needs the package {package}: pip install 'wam-cast[comparison]'")

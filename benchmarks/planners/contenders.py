@@ -71,9 +71,7 @@ class Searcher:
     def choose(self, model: Predictor, radius: float, seed: int) -> Choice:
         """Return the best cast that it asked about."""
         objective = (
-            predicted_miss(model, radius)
-            if self.source == "model"
-            else executed_miss(model.scenario, radius, seed)
+            predicted_miss(model, radius) if self.source == "model" else executed_miss(model.scenario, radius, seed)
         )
         start = time.process_time()
         found = search_cast(self.method, model.scenario, objective, self.budget, seed=seed)
@@ -117,9 +115,7 @@ def executed_miss(scenario: Scenario, radius: float, seed: int) -> Objective:
     noise_seeds = count(seed)
 
     def objective(casts: Array) -> Array:
-        outcomes = (
-            simulate_cast(scenario, Cast.from_array(cast), noise_seed=next(noise_seeds)) for cast in casts
-        )
+        outcomes = (simulate_cast(scenario, Cast.from_array(cast), noise_seed=next(noise_seeds)) for cast in casts)
         return np.array([math.dist(outcome.landing, (radius, 0.0)) for outcome in outcomes])
 
     return objective

@@ -127,9 +127,7 @@ def _median_of_program(rows: list[Record]) -> int:
     trials = pd.DataFrame(rows)
     used = trials.loc[trials["label"] == "program", "n_evaluations"].median()
     if math.isnan(used):
-        raise InputError(
-            "budget: the program lost its process for every cup, so that it says nothing; state a budget"
-        )
+        raise InputError("budget: the program lost its process for every cup, so that it says nothing; state a budget")
     return round(used)
 
 
@@ -165,9 +163,7 @@ def _attempt(
         choice = contender.choose(model, radius, derived_seed(seed, Purpose.SEARCH, i))
     noise_seed = derived_seed(seed, Purpose.NOISE, i)
     outcomes = [
-        simulate_cast(
-            _with_restitution(model.scenario, restitution), choice.cast, (radius, 0.0), noise_seed=noise_seed
-        )
+        simulate_cast(_with_restitution(model.scenario, restitution), choice.cast, (radius, 0.0), noise_seed=noise_seed)
         for restitution in CUP_KINDS.values()
     ]
     return choice, outcomes

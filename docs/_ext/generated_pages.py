@@ -23,10 +23,7 @@ LAYERS = {
     "simulation": ("Simulation: from a cast to its outcome", ["simulation"]),
     "planning": ("Planning: from a cup to a cast", ["planning"]),
     "learning": ("Learning: datasets and the forward model", ["learning"]),
-    "visualization": (
-        "Visualization: scenes, replays and films",
-        ["visualization", "visualization/interactive"],
-    ),
+    "visualization": ("Visualization: scenes, replays and films", ["visualization", "visualization/interactive"]),
     "figures": ("Visualization: figures", ["visualization/figures"]),
     "experiments": ("Experiments: trials and the paper's experiment", ["experiments", "experiments/paper"]),
 }
@@ -109,9 +106,7 @@ def command_section(context: Any, name: str, command: Any) -> str:
         if record is not None and "--help" not in parameter.opts:
             names, text = (part.replace("|", r"\|") for part in record)
             rows.append(f"| `{names}` | {text} |")
-    return "\n\n".join(
-        [f"## {name}", inspect.cleandoc(command.help), f"```text\n{usage}\n```", "\n".join(rows), ""]
-    )
+    return "\n\n".join([f"## {name}", inspect.cleandoc(command.help), f"```text\n{usage}\n```", "\n".join(rows), ""])
 
 
 def command_line_page() -> str:

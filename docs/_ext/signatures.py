@@ -14,8 +14,7 @@ def shorten(_app: Any, what: str, _name: str, thing: Any, _options: Any, signatu
     if what == "class" and issubclass(thing, BaseModel):
         return "", None
     return tuple(
-        text and LIKE_AN_ARRAY.sub("ArrayLike", ARRAY.sub(r"NDArray[\1]", text))
-        for text in (signature, returns)
+        text and LIKE_AN_ARRAY.sub("ArrayLike", ARRAY.sub(r"NDArray[\1]", text)) for text in (signature, returns)
     )
 
 

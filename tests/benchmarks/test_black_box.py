@@ -222,17 +222,13 @@ def test_if_every_cast_fails_the_first_one_is_returned(method):
 
 
 @pytest.mark.parametrize(
-    ("method", "module", "package"),
-    [("cma-es", "cmaes", "cmaes"), ("bayesian", "bayes_opt", "bayesian-optimization")],
+    ("method", "module", "package"), [("cma-es", "cmaes", "cmaes"), ("bayesian", "bayes_opt", "bayesian-optimization")]
 )
 def test_a_missing_package_is_named(monkeypatch, method, module, package):
     monkeypatch.setitem(sys.modules, module, None)
     with pytest.raises(InputError) as error:
         search(method, 3, distance_from(LOWER))
-    assert (
-        str(error.value)
-        == f"the search '{method}' needs the package {package}: pip install 'wam-cast[comparison]'"
-    )
+    assert str(error.value) == f"the search '{method}' needs the package {package}: pip install 'wam-cast[comparison]'"
 
 
 def test_the_grid_needs_no_package(monkeypatch):

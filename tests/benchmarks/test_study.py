@@ -145,13 +145,7 @@ def casts(monkeypatch):
 
 def compare(n_cups=2, *, budget=9, n_casts=8, seed=0, executor=None, report=lambda *_: None):
     return compare_planners(
-        Model(),
-        n_cups,
-        budget=budget,
-        n_casts=n_casts,
-        seed=seed,
-        executor=executor or InOrder(),
-        report=report,
+        Model(), n_cups, budget=budget, n_casts=n_casts, seed=seed, executor=executor or InOrder(), report=report
     )
 
 
@@ -170,9 +164,7 @@ def test_everybody_meets_every_cup(casts):
 
 
 def test_results_depend_neither_on_the_order_nor_on_what_was_run_before(casts):
-    one, other = (
-        compare(executor=executor).trials.drop(columns="seconds") for executor in (LastFirst(), InOrder())
-    )
+    one, other = (compare(executor=executor).trials.drop(columns="seconds") for executor in (LastFirst(), InOrder()))
     pd.testing.assert_frame_equal(one, other, check_exact=True)
 
 
@@ -267,16 +259,12 @@ def test_hits_are_counted_for_each_kind_of_cup(casts):
             n_caught = int((trials["miss"] < room).sum())
             expected = (n_caught, 3, n_caught / 3, wilson_interval(n_caught, 3))
             caught = hits(trials)
-            assert (
-                tuple(caught[name] for name in ("n_caught", "n_cups", "hit_rate", "hit_interval")) == expected
-            )
+            assert tuple(caught[name] for name in ("n_caught", "n_cups", "hit_rate", "hit_interval")) == expected
 
 
 def test_lost_processes_count_as_failures(casts):
     lossy = InOrder(lambda row: row in (1, 3, 4, 5))
-    whole, found = (
-        by_contender(compare(3, budget=3, n_casts=3, executor=executor)) for executor in (InOrder(), lossy)
-    )
+    whole, found = (by_contender(compare(3, budget=3, n_casts=3, executor=executor)) for executor in (InOrder(), lossy))
     gradient, program, grid = (found[name, "model"] for name in ("gradient", "program", "grid"))
     lost = gradient.iloc[1]
     assert lost["radius"] == whole["gradient", "model"].iloc[1]["radius"]
@@ -317,9 +305,7 @@ def test_a_search_on_the_simulator_is_as_good_as_its_casts():
     cup = 0.6
     choice = Searcher("grid", "simulator", 2).choose(reference_model(), cup, 0)
     outcome = simulate_cast(wc.Scenario(), choice.cast, (cup, 0.0))
-    assert math.dist(simulate_cast(wc.Scenario(), choice.cast).landing, (cup, 0.0)) == pytest.approx(
-        outcome.miss
-    )
+    assert math.dist(simulate_cast(wc.Scenario(), choice.cast).landing, (cup, 0.0)) == pytest.approx(outcome.miss)
     other = [cast for cast in _grid_of_two() if tuple(cast) != tuple(choice.cast.to_array())]
     assert len(other) == 1
     assert simulate_cast(wc.Scenario(), wc.Cast.from_array(other[0]), (cup, 0.0)).miss > outcome.miss

@@ -19,21 +19,13 @@ def trials(source, n_lost=0, **changes):
     kinds = (("nearly inelastic", 19), ("lively", 18))
     values = {"label": "cma-es", "source": source, "miss": misses, "n_evaluations": 92.5, "seconds": 0.01234}
     values |= changes
-    return pd.concat(
-        [pd.DataFrame(values | {"cup_kind": kind, "is_caught": np.arange(20) < n}) for kind, n in kinds]
-    )
+    return pd.concat([pd.DataFrame(values | {"cup_kind": kind, "is_caught": np.arange(20) < n}) for kind, n in kinds])
 
 
 @pytest.fixture
 def comparison():
     return PlannerComparison(
-        trials=trials("model"),
-        seed=7,
-        n_cups=20,
-        reach=(0.2631, 0.9858),
-        budget=93,
-        is_budget_given=False,
-        n_casts=30,
+        trials=trials("model"), seed=7, n_cups=20, reach=(0.2631, 0.9858), budget=93, is_budget_given=False, n_casts=30
     )
 
 
@@ -54,14 +46,7 @@ def test_contenders_keep_their_order(comparison):
 
 def test_the_caption_names_cups_seed_budgets_and_versions(comparison):
     text = caption(comparison)
-    for part in (
-        "20 random cups from 0.263 to 0.986 m",
-        "seed 7",
-        "93 evaluations",
-        "program",
-        "30 casts",
-        "drake 1.",
-    ):
+    for part in ("20 random cups from 0.263 to 0.986 m", "seed 7", "93 evaluations", "program", "30 casts", "drake 1."):
         assert part in text
     for package in ("cmaes", "bayesian-optimization", "scikit-learn", "numpy"):
         assert f"{package} " in text
@@ -72,7 +57,5 @@ def test_markdown_is_the_same_table(comparison):
     heading, rule, *rows, empty, below = to_markdown(comparison).splitlines()
     assert [cell.strip() for cell in heading.strip("|").split("|")] == list(HEADINGS)
     assert set(rule) == {"|", "-", " "}
-    assert [tuple(cell.strip() for cell in row.strip("|").split("|")) for row in rows] == table_rows(
-        comparison
-    )
+    assert [tuple(cell.strip() for cell in row.strip("|").split("|")) for row in rows] == table_rows(comparison)
     assert (empty, below) == ("", caption(comparison))

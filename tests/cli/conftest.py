@@ -108,10 +108,6 @@ def no_physics(monkeypatch, inline_executor):
 @pytest.fixture
 def scenarios(folder, lively_cup):
     """Write scenario files: what differs from the reference scenario is in their names."""
-    texts = {
-        "heavy": "ball: {mass: 0.04}",
-        "lively": f"cup: {lively_cup}",
-        "narrow": "cup: {inner_radius: 0.0205}",
-    }
+    texts = {"heavy": "ball: {mass: 0.04}", "lively": f"cup: {lively_cup}", "narrow": "cup: {inner_radius: 0.0205}"}
     for name, text in texts.items():
         (folder / f"{name}.yaml").write_text(text, encoding="utf-8")

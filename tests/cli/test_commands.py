@@ -318,9 +318,7 @@ def test_animation_is_written_named_and_replaced(cli, folder, monkeypatch, suffi
 
 
 @pytest.mark.slow
-def test_an_animation_that_is_interrupted_leaves_what_was_there_and_tells_of_the_throw(
-    cli, folder, monkeypatch
-):
+def test_an_animation_that_is_interrupted_leaves_what_was_there_and_tells_of_the_throw(cli, folder, monkeypatch):
     def frames(_):
         yield np.zeros((20, 10, 3), dtype=np.uint8)
         raise KeyboardInterrupt
@@ -351,11 +349,7 @@ def test_generate_and_fit_and_plan(cli, folder):
     assert (result.code, result.err) == (0, "")
     record = json.loads(result.out)
     assert record["n_casts"] == sum(record["statuses"].values()) == 60
-    assert (record["seed"], record["directory"], record["fingerprint"]) == (
-        3,
-        "d",
-        wc.Scenario().fingerprint,
-    )
+    assert (record["seed"], record["directory"], record["fingerprint"]) == (3, "d", wc.Scenario().fingerprint)
     assert len(wc.CastDataset.load("d")) == 60
     result = cli("fit", "d", "--out", "a.model", "--json")
     assert (result.code, result.err) == (0, "")
@@ -394,11 +388,7 @@ def test_a_second_run_adds_to_a_dataset_and_replaces_a_model(cli, folder):
         assert cli("fit", "d", "--out", "a.model").code == 0
         assert len(wc.CastDataset.load("d")) == n_casts
     assert wc.ForwardModel.load("a.model").info.n_train == 68
-    assert [name for name in names(folder) if "part" not in name] == [
-        "a.model",
-        "d/manifest.json",
-        "d/scenario.yaml",
-    ]
+    assert [name for name in names(folder) if "part" not in name] == ["a.model", "d/manifest.json", "d/scenario.yaml"]
 
 
 # --- a scenario's own model

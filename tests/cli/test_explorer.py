@@ -24,9 +24,7 @@ def interrupted(monkeypatch):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(Explorer, "run", run)
-    monkeypatch.setattr(
-        "wam_cast.cli.explorer_page.leave", sys.exit
-    )  # not at once: this process has more to do
+    monkeypatch.setattr("wam_cast.cli.explorer_page.leave", sys.exit)  # not at once: this process has more to do
     return explorers
 
 
@@ -67,9 +65,7 @@ class Page:
 
     def wait_for(self, words, seconds=120):
         """Wait until the caption has `words`, and return it."""
-        caption = self._page.locator(
-            ".caption", has_text=words
-        ).last  # for a moment there is the one before too
+        caption = self._page.locator(".caption", has_text=words).last  # for a moment there is the one before too
         caption.wait_for(timeout=1000 * seconds)
         return caption.inner_text()
 

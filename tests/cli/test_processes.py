@@ -40,12 +40,7 @@ def wait_for(condition, process, seconds=120):
 
 @pytest.mark.parametrize(
     ("words", "code"),
-    [
-        (["--version"], 0),
-        (["plan", "--cup", "-0.2,0.5", "--json"], 0),
-        (["plan", "--cup", "5"], 2),
-        (["plan"], 2),
-    ],
+    [(["--version"], 0), (["plan", "--cup", "-0.2,0.5", "--json"], 0), (["plan", "--cup", "5"], 2), (["plan"], 2)],
 )
 def test_exit_codes_and_streams(process, words, code):
     result = process(*words)
@@ -58,9 +53,7 @@ def test_exit_codes_and_streams(process, words, code):
 
 @pytest.mark.usefixtures("scenarios")
 def test_a_miss_is_exit_code_1(process):
-    result = process(
-        "throw", "--cup", "0.65,-0.35", "--planner", "gradient", "--scenario", "narrow.yaml", "--json"
-    )
+    result = process("throw", "--cup", "0.65,-0.35", "--planner", "gradient", "--scenario", "narrow.yaml", "--json")
     assert (result.code, result.err) == (1, "")
     assert json.loads(result.out)["is_caught"] is False
 
@@ -130,9 +123,7 @@ def test_an_interrupted_generation_goes_on_to_the_same_dataset(start, process, f
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "words", ["generate --casts 250 --workers 2 --out run", "reproduce --quick --out run"]
-)
+@pytest.mark.parametrize("words", ["generate --casts 250 --workers 2 --out run", "reproduce --quick --out run"])
 def test_an_interruption_amid_the_casts_shows_nothing_of_the_inside(start, folder, words):
     running = start(*words.split())
     wait_for(lambda: list(folder.rglob("part-00000.parquet")), running)

@@ -56,10 +56,7 @@ ELSEWHERE = {
     r"dask (scheduler|worker \S+)": (IN_DASK, "LocalCluster"),
     r"wam-cast generate .*--scheduler \S+": (IN_DASK, "get_executor"),
     r"wam-cast reproduce .*": (IN_REPRODUCE, '"reproduce", "--quick", "--out"'),
-    r"python3 -m venv \.venv && \.venv/bin/pip install -q -e '\.\[dev\]' && .*": (
-        "pyproject.toml",
-        "dev = [",
-    ),
+    r"python3 -m venv \.venv && \.venv/bin/pip install -q -e '\.\[dev\]' && .*": ("pyproject.toml", "dev = ["),
     r"python -m pytest tests/\S+\.py": (IN_CI, "$test_command"),
     r"poe \w+": ("tests/docs/test_tasks.py", "test_every_task_that_is_called_exists"),
     r"\.ci/run": (".github/workflows/ci.yml", "run: .ci/run"),
@@ -202,15 +199,11 @@ def test_declared_lines_stand_somewhere():
 def test_commands_within_the_text_have_their_options(page):
     commands = typer.main.get_command(app).commands
     tokens = MarkdownIt().enable("table").parse(page.read_text(encoding="utf-8"))
-    codes = [
-        child.content for token in tokens for child in token.children or () if child.type == "code_inline"
-    ]
+    codes = [child.content for token in tokens for child in token.children or () if child.type == "code_inline"]
     for code in codes:
         options = set(re.findall(r"(?<!\S)--[a-z-]+", code))
         if ours := re.match(r"wam-cast (\w+)", code):
-            known = {option for parameter in commands[ours[1]].params for option in parameter.opts} | {
-                "--help"
-            }
+            known = {option for parameter in commands[ours[1]].params for option in parameter.opts} | {"--help"}
             assert options <= known, code
         elif script := re.match(r"python (benchmarks/\w+\.py)", code):
             text = (ROOT / script[1]).read_text(encoding="utf-8")
@@ -221,9 +214,7 @@ def test_keys_of_json_are_all_explained(run):
     _, printed = run("wam-cast throw --cup 0.75 --json")
     page = (ROOT / "docs" / "command_line.md").read_text(encoding="utf-8")
     cells = re.findall(r"^\| (`.+?) \|", page, re.MULTILINE)
-    assert sorted(key for cell in cells for key in re.findall(r"`(\w+)`", cell)) == sorted(
-        json.loads(printed)
-    )
+    assert sorted(key for cell in cells for key in re.findall(r"`(\w+)`", cell)) == sorted(json.loads(printed))
 
 
 def test_statuses_are_all_explained():
@@ -243,21 +234,15 @@ def test_relative_links_and_images_lead_somewhere(page):
     tokens = MarkdownIt().enable("table").parse(page.read_text(encoding="utf-8"))
     inline = [child for token in tokens for child in token.children or ()]
     targets = [
-        child.attrs.get("href") or child.attrs.get("src")
-        for child in inline
-        if child.type in ("link_open", "image")
+        child.attrs.get("href") or child.attrs.get("src") for child in inline if child.type in ("link_open", "image")
     ]
     files = [target.partition("#")[0] for target in targets if not re.match(r"\w+:|#", target)]
     assert [file for file in files if not (page.parent / file).exists()] == []
 
 
 def test_physics_has_the_joints_of_the_sheet():
-    rows = re.findall(
-        r"^\| (\d) \| (.+) \|$", (ROOT / "docs" / "physics.md").read_text(encoding="utf-8"), re.MULTILINE
-    )
-    header, *sheet = (
-        line.split(",") for line in (ROOT / "models" / "wam7_parameters.csv").read_text().splitlines()
-    )
+    rows = re.findall(r"^\| (\d) \| (.+) \|$", (ROOT / "docs" / "physics.md").read_text(encoding="utf-8"), re.MULTILINE)
+    header, *sheet = (line.split(",") for line in (ROOT / "models" / "wam7_parameters.csv").read_text().splitlines())
     joints = [dict(zip(header, cells, strict=True)) for cells in sheet]
     assert len(rows) == 7
     for (_, cells), joint in zip(rows, joints, strict=False):

@@ -36,12 +36,7 @@ def test_every_command_and_option_is_on_the_command_lines_page(pages):
 
 
 def test_every_module_is_in_the_reference_once(pages):
-    listed = [
-        name
-        for _, folders in pages.LAYERS.values()
-        for folder in folders
-        for name in pages.modules_in(folder)
-    ]
+    listed = [name for _, folders in pages.LAYERS.values() for folder in folders for name in pages.modules_in(folder)]
     files = [path.relative_to(PACKAGE).with_suffix("") for path in PACKAGE.rglob("[!_]*.py")]
     expected = [".".join(["wam_cast", *file.parts]) for file in files if file.parts[0] != "cli"]
     assert sorted(listed) == sorted(expected)

@@ -17,11 +17,7 @@ ROWS = re.findall(r"^\| .*`wam_cast\.\w.*\|$", STABILITY, re.MULTILINE)
 MODULES = [module for row in ROWS for module in re.findall(r"`(wam_cast\.[\w.]+)`", row)]
 """A folder among them stands for its modules."""
 
-PAGES = [
-    ROOT / "README.md",
-    *sorted((ROOT / "docs").glob("*.md")),
-    *sorted((ROOT / "docs/howto").glob("*.md")),
-]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), *sorted((ROOT / "docs/howto").glob("*.md"))]
 NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
 
 

@@ -51,6 +51,4 @@ def test_ci_sets_up_the_pythons_that_have_constraints():
     for workflow in ("ci.yml", "constraints.yml"):
         text = (ROOT / ".github" / "workflows" / workflow).read_text(encoding="utf-8")
         versions = re.findall(r'python-version: "(3)\.(\d+)"', text)
-        assert sorted(f"py{major}{minor}.txt" for major, minor in versions) == [
-            path.name for path in CONSTRAINTS
-        ]
+        assert sorted(f"py{major}{minor}.txt" for major, minor in versions) == [path.name for path in CONSTRAINTS]

@@ -66,9 +66,7 @@ def test_cups_lie_evenly_over_the_whole_region(floor_without_physics, model):
 
 def test_there_is_one_plan_for_each_radius_by_the_planner_that_was_asked_for(floor_without_physics, model):
     floor = map_floor(model, SIZE, method="program", solver="ipopt")
-    assert floor_without_physics.planned == [
-        ((radius, 0.0), "program", "ipopt") for radius in floor.rings["radius"]
-    ]
+    assert floor_without_physics.planned == [((radius, 0.0), "program", "ipopt") for radius in floor.rings["radius"]]
 
 
 def test_a_turned_plan_still_makes_up_for_a_landing_beside_its_plane(floor_without_physics, model):
@@ -158,9 +156,7 @@ def test_a_lost_worker_is_a_failed_cast(floor_without_physics, model, monkeypatc
     assert ring["n_caught"] == 1
 
 
-def test_the_map_is_the_same_in_whatever_order_casts_are_done(
-    floor_without_physics, noisy_model, monkeypatch
-):
+def test_the_map_is_the_same_in_whatever_order_casts_are_done(floor_without_physics, noisy_model, monkeypatch):
     alone = map_floor(noisy_model, SIZE)
     monkeypatch.setattr(trials, "run_rows", run_rows)
     with ThreadPoolExecutor(3) as executor:

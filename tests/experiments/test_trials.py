@@ -97,13 +97,7 @@ def test_a_row_has_the_largest_utilization_of_any_joint():
 def test_a_lost_trial_keeps_what_was_to_be_done():
     row, whole = (trial_row(Scenario(), trial(bearing=0.1), outcome) for outcome in (None, fake((0.7, 0.0))))
     assert row.keys() == whole.keys()
-    assert (row["radius"], row["distance"], row["speed"], row["wait"], row["bearing"]) == (
-        0.7,
-        0.3,
-        0.6,
-        0.1,
-        0.1,
-    )
+    assert (row["radius"], row["distance"], row["speed"], row["wait"], row["bearing"]) == (0.7, 0.3, 0.6, 0.1, 0.1)
     assert (row["status"], row["is_caught"], row["limits_hit"]) == ("lost", False, ())
     assert math.isnan(row["miss"])
 
@@ -144,9 +138,7 @@ class InOrder:
 
 def test_each_trial_is_executed_with_its_cup_and_its_noise(monkeypatch):
     told = []
-    monkeypatch.setattr(
-        module, "simulate_cast", lambda *arguments, noise_seed: told.append((*arguments, noise_seed))
-    )
+    monkeypatch.setattr(module, "simulate_cast", lambda *arguments, noise_seed: told.append((*arguments, noise_seed)))
     both = [Trial(Cast(0.3, 0.6, 0.1), (0.7, 0.0), 5), Trial(Cast(0.2, 0.6, 0.1), (0.6, 0.1), 6)]
     done = []
     found = execute(Scenario(), both, InOrder(), report=done.append)
@@ -176,9 +168,7 @@ def test_a_row_is_its_plan_and_its_outcome():
 
 def test_cups_lie_evenly_over_the_reach(no_physics):
     model = wc.reference_model()
-    throwers = [
-        Thrower(*named, model, line_of_cups(model, 6)) for named in (("a", "gradient"), ("b", "program"))
-    ]
+    throwers = [Thrower(*named, model, line_of_cups(model, 6)) for named in (("a", "gradient"), ("b", "program"))]
     seen = []
     found = plan_and_execute(Scenario(), throwers, executor=Workers(), report=lambda *done: seen.append(done))
     assert found["label"].tolist() == ["a"] * 6 + ["b"] * 6

@@ -21,13 +21,9 @@ print("equal" if by_cluster.equals(alone) else by_cluster.compare(alone))
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(
-    importlib.util.find_spec("distributed") is None, reason="the extra `distributed` is not installed"
-)
+@pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="the extra `distributed` is not installed")
 def test_cluster_gives_the_same_rows_as_one_process(tmp_path):
     script = tmp_path / "compare.py"
-    script.write_text(
-        f"if __name__ == '__main__':\n{''.join('    ' + line for line in SCRIPT.splitlines(True))}"
-    )
+    script.write_text(f"if __name__ == '__main__':\n{''.join('    ' + line for line in SCRIPT.splitlines(True))}")
     found = subprocess.run([sys.executable, script], capture_output=True, text=True, check=False)
     assert found.stdout.splitlines()[-1:] == ["equal"], found.stderr[-2000:]

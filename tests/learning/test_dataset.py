@@ -283,10 +283,7 @@ def test_other_versions_are_recorded_and_no_reason_to_refuse(no_physics, tmp_pat
     monkeypatch.setattr(storage, "current_versions", lambda: {"drake": "0.2"})
     for _ in range(2):
         generate(60, tmp_path)
-    assert json.loads((tmp_path / "manifest.json").read_text())["versions"] == [
-        {"drake": "0.1"},
-        {"drake": "0.2"},
-    ]
+    assert json.loads((tmp_path / "manifest.json").read_text())["versions"] == [{"drake": "0.1"}, {"drake": "0.2"}]
     assert len(CastDataset.load(tmp_path)) == 60
 
 
@@ -297,10 +294,7 @@ WIDER_CUP = Scenario.from_dict({"cup": {"inner_radius": 0.04}})
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (
-            {"scenario": LONGER},
-            f"another scenario \\('{SCENARIO.fingerprint}', not '{LONGER.fingerprint}'\\)",
-        ),
+        ({"scenario": LONGER}, f"another scenario \\('{SCENARIO.fingerprint}', not '{LONGER.fingerprint}'\\)"),
         ({"seed": 1}, r"another seed \(0, not 1\)"),
         ({"n_casts": 39}, "a dataset of 40 casts, more than the 39 asked for"),
     ],
@@ -347,9 +341,7 @@ def test_a_full_disk_ends_the_run_with_finished_parts_kept(no_physics, tmp_path,
 
 def test_loading_under_another_scenario_is_refused(no_physics, tmp_path):
     generate(3, tmp_path)
-    with pytest.raises(
-        InputError, match=f"{SCENARIO.fingerprint}, not of {LONGER.fingerprint}; generate"
-    ) as error:
+    with pytest.raises(InputError, match=f"{SCENARIO.fingerprint}, not of {LONGER.fingerprint}; generate") as error:
         CastDataset.load(tmp_path, LONGER)
     assert one_line(error)
 
@@ -418,11 +410,7 @@ def test_a_script_without_a_main_guard_is_told_so(tmp_path):
 
 def run_script(script, *arguments):
     return subprocess.run(
-        [sys.executable, script, *arguments],
-        env=script_environment(),
-        capture_output=True,
-        text=True,
-        timeout=120,
+        [sys.executable, script, *arguments], env=script_environment(), capture_output=True, text=True, timeout=120
     )
 
 

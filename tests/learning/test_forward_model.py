@@ -88,9 +88,7 @@ def test_info_says_how_the_model_was_made(model, data):
         residual = (model.predict(casts) - closed_form(casts))[:, 0]
         assert rmse == pytest.approx(math.sqrt(np.mean(residual**2)), rel=1e-4)
     along = model.training_outputs[:, 0]
-    estimator = KernelRidge(
-        sigma=info.sigma, regularization=info.regularization, input_bounds=cast_bounds(SCENARIO)
-    )
+    estimator = KernelRidge(sigma=info.sigma, regularization=info.regularization, input_bounds=cast_bounds(SCENARIO))
     with one_thread():  # the fit is nearly singular, so that rounding shows
         residual = estimator.fit(model.training_casts, along).leave_one_out_residuals()
     assert info.leave_one_out_rmse == pytest.approx(math.sqrt(np.mean(residual**2)), rel=1e-6)
@@ -111,9 +109,7 @@ def test_test_casts_do_not_influence_the_model(data, model):
 def test_validation_casts_choose_nothing_but_measure(data, model):
     _, validation, _ = data.split()
     noise = np.random.default_rng(0).normal(scale=0.05, size=len(validation))
-    other = ForwardModel.fit(
-        changed(data, validation, landing_along=data.frame["landing_along"][validation] + noise)
-    )
+    other = ForwardModel.fit(changed(data, validation, landing_along=data.frame["landing_along"][validation] + noise))
     np.testing.assert_array_equal(predictions(other), predictions(model))
     assert other.reach == model.reach
     assert other.info.validation_rmse == pytest.approx(0.05, rel=0.3)
@@ -134,9 +130,7 @@ def test_a_parameter_that_matters_less_has_a_wider_sigma(model):
 
 def test_noise_in_the_landings_gives_a_large_regularization(data, model):
     noise = np.random.default_rng(0).normal(scale=0.02, size=len(data))
-    noisy = ForwardModel.fit(
-        changed(data, data.frame.index, landing_along=data.frame["landing_along"] + noise)
-    )
+    noisy = ForwardModel.fit(changed(data, data.frame.index, landing_along=data.frame["landing_along"] + noise))
     assert noisy.info.regularization > 1e3 * model.info.regularization
     assert noisy.info.test_rmse == pytest.approx(0.02, rel=0.4)
     casts = sample_casts(SCENARIO, 200, seed=7)
@@ -192,11 +186,7 @@ def test_reach_leaves_out_casts_that_pull_the_string_or_hit_a_limit(data, model,
 
 @pytest.mark.parametrize(
     ("columns", "said"),
-    [
-        ({"landing_along": np.nan}, "training casts"),
-        ({"status": "limit_hit"}, "slack"),
-        ({"is_slack": False}, "slack"),
-    ],
+    [({"landing_along": np.nan}, "training casts"), ({"status": "limit_hit"}, "slack"), ({"is_slack": False}, "slack")],
 )
 def test_a_dataset_that_teaches_nothing_is_refused_in_one_line(data, columns, said):
     with pytest.raises(InputError, match=said) as caught:
@@ -371,7 +361,6 @@ NOT_A_MODEL = {
     "other npz": write_other_npz,
     "array": write_array,
     "pickle": write_pickle,
-    "another format": lambda path: tampered(path, format="wam_cast forward model 1"),
     "no reach": lambda path: tampered(path, reach=None),
     "a reach of words": lambda path: tampered(path, reach=["near", "far"]),
     "one sigma": lambda path: tampered(path, info={"seed": 0, "sigma": 0.5}),
@@ -384,6 +373,14 @@ def test_what_is_not_a_model_is_refused(file, kind):
     NOT_A_MODEL[kind](file)
     assert "not a model file" in refused(file)
     assert "wam-cast fit" in refused(file)
+
+
+def test_a_model_of_another_format_is_refused_with_both_named(file):
+    tampered(file, format="wam_cast forward model 3")
+    line = refused(file)
+    assert "'wam_cast forward model 3'" in line
+    assert "'wam_cast forward model 4'" in line
+    assert "wam-cast fit" in line
 
 
 def test_damage_anywhere_is_noticed(file):

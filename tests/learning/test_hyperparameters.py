@@ -6,12 +6,7 @@ import numpy as np
 import pytest
 
 from wam_cast.learning import hyperparameters, losses
-from wam_cast.learning.hyperparameters import (
-    REGULARIZATION_BOUNDS,
-    SIGMA_BOUNDS,
-    tune_by_descent,
-    tune_by_lbfgs,
-)
+from wam_cast.learning.hyperparameters import REGULARIZATION_BOUNDS, SIGMA_BOUNDS, tune_by_descent, tune_by_lbfgs
 from wam_cast.learning.kernel_ridge import KernelRidge
 from wam_cast.learning.losses import LeaveOneOutLoss, ValidationLoss
 
@@ -52,9 +47,7 @@ def validation_error(data, **parameters):
 def test_descent_reaches_the_minimum_of_a_dense_grid(validation_data, sigma0):
     result = tune_by_descent(ValidationLoss(*validation_data), sigma0=sigma0, regularization=1e-3)
     grid = np.geomspace(0.1, 4.0, 150)
-    rmse_grid = np.sqrt(
-        [validation_error(validation_data, sigma=sigma, regularization=1e-3) for sigma in grid]
-    )
+    rmse_grid = np.sqrt([validation_error(validation_data, sigma=sigma, regularization=1e-3) for sigma in grid])
     best = np.argmin(rmse_grid)
     assert result.is_converged
     assert result.rmse <= rmse_grid[best]
@@ -122,8 +115,7 @@ def test_descent_does_not_depend_on_units(validation_data):
 
 def test_descent_takes_bitwise_the_same_path_again(validation_data):
     one, other = (
-        tune_by_descent(ValidationLoss(*validation_data), sigma0=[1.0, 1.0, 1.0], regularization=1e-3)
-        for _ in range(2)
+        tune_by_descent(ValidationLoss(*validation_data), sigma0=[1.0, 1.0, 1.0], regularization=1e-3) for _ in range(2)
     )
     np.testing.assert_array_equal(one.sigma_path, other.sigma_path)
     np.testing.assert_array_equal(one.rmse_path, other.rmse_path)
@@ -188,9 +180,7 @@ def test_lbfgs_ends_where_no_neighbour_is_better(data, sigma0):
     assert result.is_converged
     best = np.append(result.sigma, result.regularization)
     lower, upper = np.transpose([SIGMA_BOUNDS] * np.size(sigma0) + [REGULARIZATION_BOUNDS])
-    for factor in np.concatenate(
-        [0.95 + 0.05 * (1 - np.eye(best.size)), 1.05 - 0.05 * (1 - np.eye(best.size))]
-    ):
+    for factor in np.concatenate([0.95 + 0.05 * (1 - np.eye(best.size)), 1.05 - 0.05 * (1 - np.eye(best.size))]):
         *sigma, lam = best * factor
         if np.all((lower <= best * factor) & (best * factor <= upper)):
             assert loss(np.reshape(sigma, np.shape(sigma0)), lam).rmse > result.rmse
@@ -201,9 +191,7 @@ def test_lbfgs_ends_where_no_neighbour_is_better(data, sigma0):
 def test_lbfgs_reaches_the_minimum_of_a_grid(sigma0):
     loss = LeaveOneOutLoss(*sample(60))
     result = tune_by_lbfgs(loss, sigma0=sigma0)
-    grid = [
-        loss(sigma, lam).rmse for sigma in np.geomspace(0.1, 10.0, 15) for lam in np.geomspace(1e-8, 1.0, 12)
-    ]
+    grid = [loss(sigma, lam).rmse for sigma in np.geomspace(0.1, 10.0, 15) for lam in np.geomspace(1e-8, 1.0, 12)]
     assert result.rmse <= min(grid)
 
 

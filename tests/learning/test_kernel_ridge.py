@@ -22,11 +22,7 @@ ARD = (0.4, 0.9, 0.6)
 def smooth_targets(X, n_outputs=None):
     """Smooth functions of the scaled inputs with a mean far from 0; 1-D if n_outputs is None."""
     Z = (X - LOWER) / (UPPER - LOWER)
-    columns = [
-        5.0 + np.sin(3 * Z[:, 0]) * Z[:, 1],
-        -2.0 + np.cos(2 * Z[:, 2]) + Z[:, 0],
-        Z[:, 1] * Z[:, 2],
-    ]
+    columns = [5.0 + np.sin(3 * Z[:, 0]) * Z[:, 1], -2.0 + np.cos(2 * Z[:, 2]) + Z[:, 0], Z[:, 1] * Z[:, 2]]
     return columns[0] if n_outputs is None else np.column_stack(columns[:n_outputs])
 
 
@@ -82,9 +78,7 @@ def test_centering_is_a_fit_to_targets_without_their_mean(X, X_query):
     y = smooth_targets(X, 2)
     centered = KernelRidge(regularization=0.1).fit(X, y)
     by_hand = KernelRidge(regularization=0.1, center_targets=False).fit(X, y - y.mean(axis=0))
-    np.testing.assert_allclose(
-        centered.predict(X_query), by_hand.predict(X_query) + y.mean(axis=0), rtol=1e-12
-    )
+    np.testing.assert_allclose(centered.predict(X_query), by_hand.predict(X_query) + y.mean(axis=0), rtol=1e-12)
 
 
 @pytest.mark.parametrize("n_outputs", [None, 1, 3])
@@ -101,9 +95,7 @@ def test_gradient_equals_central_differences(X, X_query, sigma, center_targets, 
         differences[..., j] = (model.predict(X_query + h) - model.predict(X_query - h)) / (2 * step)
     assert gradient.shape == ((9, 3) if n_outputs is None else (9, n_outputs, 3))
     # In units of the scaled inputs, so that one tolerance is fair to every input.
-    np.testing.assert_allclose(
-        gradient * (UPPER - LOWER), differences * (UPPER - LOWER), rtol=1e-6, atol=1e-7
-    )
+    np.testing.assert_allclose(gradient * (UPPER - LOWER), differences * (UPPER - LOWER), rtol=1e-6, atol=1e-7)
 
 
 @pytest.mark.parametrize("n_outputs", [None, 1, 2, 3])
@@ -144,9 +136,7 @@ def test_leave_one_out_knows_the_diagonal_of_the_inverse(X, lam, n_outputs):
 @pytest.mark.parametrize("center_targets", [True, False])
 @pytest.mark.parametrize("sigma", [0.5, ARD])
 def test_leave_one_out_residuals_equal_refits(X, sigma, center_targets, n_outputs):
-    model = KernelRidge(
-        sigma=sigma, regularization=1e-3, input_bounds=(LOWER, UPPER), center_targets=center_targets
-    )
+    model = KernelRidge(sigma=sigma, regularization=1e-3, input_bounds=(LOWER, UPPER), center_targets=center_targets)
     y = smooth_targets(X, n_outputs)
     refits = np.empty_like(y)
     for i in range(len(X)):
@@ -183,9 +173,7 @@ def test_std_is_that_of_a_gaussian_process_of_scikit_learn(X, X_query, n_outputs
         mean, expected = process.fit(Z, target).predict(Z_query, return_std=True)
         np.testing.assert_allclose(std.reshape(9, -1)[:, output], expected, rtol=1e-6)
         np.testing.assert_allclose(
-            model.predict(X_query).reshape(9, -1)[:, output] - np.mean(y, axis=0).ravel()[output],
-            mean,
-            atol=1e-6,
+            model.predict(X_query).reshape(9, -1)[:, output] - np.mean(y, axis=0).ravel()[output], mean, atol=1e-6
         )
 
 
@@ -249,9 +237,7 @@ def test_units_of_the_inputs_do_not_matter(X, X_query):
     np.testing.assert_allclose(other.predict(slope * X_query + shift), one.predict(X_query), rtol=1e-9)
     # The gradient is in the units of the inputs, so it does change, by the chain rule.
     scaled_gradient = other.linearize(slope * X_query + shift)[1] * slope * (UPPER - LOWER)
-    np.testing.assert_allclose(
-        scaled_gradient, one.linearize(X_query)[1] * (UPPER - LOWER), rtol=1e-7, atol=1e-8
-    )
+    np.testing.assert_allclose(scaled_gradient, one.linearize(X_query)[1] * (UPPER - LOWER), rtol=1e-7, atol=1e-8)
 
 
 def test_units_of_the_targets_do_not_matter(X, X_query):

@@ -41,12 +41,8 @@ def validation_error(data, **parameters):
 
 
 @pytest.mark.parametrize("sigma", [0.4, [0.3, 0.8, 0.5]])
-@pytest.mark.parametrize(
-    "options", [{}, {"center_targets": False}, {"input_bounds": (LOWER, 2 * UPPER)}], ids=str
-)
-def test_validation_loss_is_that_of_the_estimator_and_its_gradient_equals_differences(
-    validation_data, sigma, options
-):
+@pytest.mark.parametrize("options", [{}, {"center_targets": False}, {"input_bounds": (LOWER, 2 * UPPER)}], ids=str)
+def test_validation_loss_is_that_of_the_estimator_and_its_gradient_equals_differences(validation_data, sigma, options):
     lam, h = 1e-3, 1e-5
     loss = ValidationLoss(*validation_data, **options)(sigma, lam)
 
@@ -112,9 +108,7 @@ def test_leave_one_out_loss_equals_refits_and_its_gradient_equals_differences(da
 
     def at(log_sigma_move=0.0, log_lambda_move=0.0):
         model = KernelRidge(
-            sigma=np.asarray(sigma) * np.exp(log_sigma_move),
-            regularization=lam * np.exp(log_lambda_move),
-            **options,
+            sigma=np.asarray(sigma) * np.exp(log_sigma_move), regularization=lam * np.exp(log_lambda_move), **options
         )
         return np.sum(model.fit(*data).leave_one_out_residuals() ** 2) / len(data[0])
 

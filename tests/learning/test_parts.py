@@ -57,8 +57,7 @@ def test_the_test_part_is_opened_once():
 
 
 @pytest.mark.parametrize(
-    ("lost", "said"),
-    [(range(259), "1 training"), (range(260, 320), "0 validation"), (range(321, 340), "1 test")],
+    ("lost", "said"), [(range(259), "1 training"), (range(260, 320), "0 validation"), (range(321, 340), "1 test")]
 )
 def test_a_part_with_nothing_to_learn_from_is_refused(lost, said):
     with pytest.raises(InputError, match=said):

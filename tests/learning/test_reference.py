@@ -43,9 +43,7 @@ def test_reference_model_is_of_the_reference_scenario_and_good_enough(reference_
     assert model.info.test_rmse <= 0.005
     nearest, farthest = model.reach
     assert farthest - nearest >= 0.70
-    np.testing.assert_array_equal(
-        model.training_casts[:5], reference_data.frame.loc[:4, list(PARAMETERS)].to_numpy()
-    )
+    np.testing.assert_array_equal(model.training_casts[:5], reference_data.frame.loc[:4, list(PARAMETERS)].to_numpy())
 
 
 @pytest.mark.slow

@@ -91,9 +91,7 @@ def test_derivatives_of_the_free_pendulum_are_those_of_its_motion():
     def law(_, y):
         return [y[1], -(omega**2) * np.sin(y[0])]
 
-    theta = [
-        solve_ivp(law, (0, t), [slant, rate], rtol=1e-12, atol=1e-13).y[0, -1] if t else slant for t in times
-    ]
+    theta = [solve_ivp(law, (0, t), [slant, rate], rtol=1e-12, atol=1e-13).y[0, -1] if t else slant for t in times]
     place = G / omega**2 * np.column_stack([np.sin(theta), -np.cos(theta)])
     # The Taylor polynomial of these derivatives must fit the motion to the fifth order.
     orders = pendulum_derivatives(slant, rate, omega)

@@ -101,9 +101,7 @@ NEAR, MIDDLE, FAR = Cast(0.1, 0.40, 0.10), Cast(0.3, 0.60, 0.10), Cast(0.3755, 0
 
 
 @pytest.mark.parametrize(
-    ("cast", "restitution"),
-    [(MIDDLE, 0.6), pytest.param(FAR, 0.25, marks=pytest.mark.slow)],
-    ids=["middle", "far"],
+    ("cast", "restitution"), [(MIDDLE, 0.6), pytest.param(FAR, 0.25, marks=pytest.mark.slow)], ids=["middle", "far"]
 )
 def test_ball_is_lifted_out_of_its_cup_and_hangs_at_rest(cast, restitution):
     simulator = CastSimulator(Scenario.from_dict({"cup": {"restitution": restitution}}))

@@ -67,12 +67,8 @@ def test_spline_solves_the_linear_system_of_its_boundary_conditions():
 
 def test_velocity_and_acceleration_are_derivatives():
     for t in np.linspace(0.41, 1.19, 12):
-        assert SPLINE.evaluate(t)[1] == pytest.approx(
-            derivative(lambda s: SPLINE.evaluate(s)[0], t), abs=1e-9
-        )
-        assert SPLINE.acceleration(t) == pytest.approx(
-            derivative(lambda s: SPLINE.evaluate(s)[1], t), abs=1e-8
-        )
+        assert SPLINE.evaluate(t)[1] == pytest.approx(derivative(lambda s: SPLINE.evaluate(s)[0], t), abs=1e-9)
+        assert SPLINE.acceleration(t) == pytest.approx(derivative(lambda s: SPLINE.evaluate(s)[1], t), abs=1e-8)
 
 
 def test_peak_speed_is_fifteen_eighths_of_the_mean_and_half_way():
@@ -95,14 +91,7 @@ def test_spline_rests_outside_of_its_times():
 def test_stages_come_in_order_and_last_as_long_as_they_should(cast):
     motion = CastMotion(SCENARIO, cast)
     turn = 0.0 if cast.bearing == 0 else 4.0 * abs(cast.bearing) ** 0.25
-    expected = [
-        turn,
-        cast.distance / cast.speed,
-        cast.wait,
-        MOTION.drop_duration,
-        MOTION.hold_duration,
-        0.8 + 2.5,
-    ]
+    expected = [turn, cast.distance / cast.speed, cast.wait, MOTION.drop_duration, MOTION.hold_duration, 0.8 + 2.5]
     found = np.diff([0.0, *motion.stage_ends])
     np.testing.assert_allclose(found[1:], expected[1:], atol=1e-12)
     assert expected[0] <= found[0] < expected[0] + 0.002  # in whole control periods
@@ -147,9 +136,7 @@ def test_position_velocity_and_acceleration_are_continuous_at_every_boundary(cas
 def test_desired_velocity_is_the_derivative_of_the_desired_position(cast):
     motion = CastMotion(SCENARIO, cast)
     for t in np.linspace(0.0013, motion.stage_ends[-1] + 0.1, 97):
-        np.testing.assert_allclose(
-            motion.evaluate(t)[1], derivative(lambda s: motion.evaluate(s)[0], t), atol=1e-6
-        )
+        np.testing.assert_allclose(motion.evaluate(t)[1], derivative(lambda s: motion.evaluate(s)[0], t), atol=1e-6)
 
 
 @each_cast

@@ -20,7 +20,7 @@ OF_THIS_MACHINE = {"tags": ["remove-output"]}
 """The metadata of a cell that prints what is of no use to readers of the site, such as an address on the machine it runs on."""
 
 TEACHES_A_SYSTEM = "02_the_diagram"
-"""The only notebook with a class: one LeafSystem."""
+"""The only notebook with a class: one controller."""
 
 
 def complaints_about(name, text):
@@ -38,7 +38,7 @@ def complaints_about(name, text):
         found += [f"cell {number}: {complaint}" for complaint in complaints_about_cell(cell)]
         if cell["cell_type"] == "code":
             classes += classes_in(cell)
-    if classes != (["LeafSystem"] if name == TEACHES_A_SYSTEM else []):
+    if classes != (["wc.ArmController"] if name == TEACHES_A_SYSTEM else []):
         found.append(f"classes derived from {classes}")
     return found
 
@@ -101,12 +101,7 @@ def test_ruff_reads_the_notebooks(notebook_paths):
     assert sorted(shown) == [str(path) for path in notebook_paths.values()]
 
 
-TITLE = {
-    "cell_type": "markdown",
-    "id": "title",
-    "metadata": {},
-    "source": ["# A title\n", "\n", "It teaches."],
-}
+TITLE = {"cell_type": "markdown", "id": "title", "metadata": {}, "source": ["# A title\n", "\n", "It teaches."]}
 
 
 def code(source, **changes):
@@ -150,7 +145,7 @@ def test_lint_accepts(text):
         (stored(code("%matplotlib widget")), "cell 2: not plain Python"),
         (stored(code("from pydrake.all import *")), "cell 2: imports by other than their names"),
         (stored(code("import pydrake.all")), "cell 2: imports by other than their names"),
-        (stored(code("class A(LeafSystem):\n    pass")), "classes derived from ['LeafSystem']"),
+        (stored(code("class A(wc.ArmController):\n    pass")), "classes derived from ['wc.ArmController']"),
     ],
 )  # fmt: skip
 def test_lint_refuses(text, complaint):
@@ -158,7 +153,7 @@ def test_lint_refuses(text, complaint):
 
 
 def test_one_notebook_teaches_one_system():
-    system, other = code("class A(LeafSystem):\n    pass"), code("class B:\n    pass")
+    system, other = code("class A(wc.ArmController):\n    pass"), code("class B:\n    pass")
     assert complaints_about(TEACHES_A_SYSTEM, stored(system)) == []
     assert complaints_about(TEACHES_A_SYSTEM, stored(system, system)) != []
     assert complaints_about(TEACHES_A_SYSTEM, stored(other)) != []

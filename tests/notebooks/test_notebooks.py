@@ -133,19 +133,7 @@ meshcat = open_meshcat()
 sliders = JointSliders(meshcat, wc.Scenario(), {"E": "tool_plate"})
 sliders.follow()
 """
-    move = (
-        "poses.append(meshcat._GetPackedTransform('/frames/E'))\nmeshcat.SetSliderValue('joint 2 [rad]', {})"
-    )
+    move = "poses.append(meshcat._GetPackedTransform('/frames/E'))\nmeshcat.SetSliderValue('joint 2 [rad]', {})"
     wait = "await asyncio.sleep(0.3)"
-    cells = [
-        setup + "poses = []",
-        move.format(0.5),
-        wait,
-        "sliders.stop()",
-        move.format(-0.5),
-        wait,
-        move.format(0),
-    ]
-    run_notebook(
-        notebook_of(*cells), after=["before, followed, after = poses\nassert before != followed == after"]
-    )
+    cells = [setup + "poses = []", move.format(0.5), wait, "sliders.stop()", move.format(-0.5), wait, move.format(0)]
+    run_notebook(notebook_of(*cells), after=["before, followed, after = poses\nassert before != followed == after"])

@@ -18,15 +18,7 @@ class ClosedForm:
     are not named are such that nothing comes of them.
     """
 
-    NAMES = (
-        "along",
-        "across",
-        "angle",
-        "speed",
-        "slack",
-        "peak_torque_utilization",
-        "peak_velocity_utilization",
-    )
+    NAMES = ("along", "across", "angle", "speed", "slack", "peak_torque_utilization", "peak_velocity_utilization")
 
     def __init__(self, *, reach=(0.2, 1.5), training_casts=None, scenario=None, std=None, **outputs):
         self.scenario = scenario or Scenario()
@@ -80,9 +72,7 @@ def make_model():
     """Return a function that makes a model whose outputs, given as an offset and slopes, are linear in the scaled parameters."""
 
     def make(along=(0.4, 0.3, 0.2, 0.1), **outputs):
-        options = {
-            name: outputs.pop(name) for name in ("reach", "training_casts", "scenario") if name in outputs
-        }
+        options = {name: outputs.pop(name) for name in ("reach", "training_casts", "scenario") if name in outputs}
         lines = {name: linear(*np.atleast_1d(line)) for name, line in ({"along": along} | outputs).items()}
         return ClosedForm(**lines, **options)
 
@@ -102,8 +92,6 @@ def curved_model():
     )
     std = (
         lambda s: 1e-3 * np.exp((s[:, 0] - 0.6) ** 2 + (s[:, 1] - 0.3) ** 2 + (s[:, 2] - 0.4) ** 2),
-        lambda s: (
-            2 * (s - [0.6, 0.3, 0.4]) * 1e-3 * np.exp(np.sum((s - [0.6, 0.3, 0.4]) ** 2, axis=1))[:, None]
-        ),
+        lambda s: 2 * (s - [0.6, 0.3, 0.4]) * 1e-3 * np.exp(np.sum((s - [0.6, 0.3, 0.4]) ** 2, axis=1))[:, None],
     )
     return ClosedForm(along=along, angle=angle, std=std)

@@ -90,9 +90,7 @@ def test_of_a_cup_beside_the_landing_the_probability_is_that_of_the_offset_in_th
     def probability(*offset):
         return rim_clear_probability(model.scenario, entry_angle, offset, std)
 
-    assert abs(probability(along, across) - probability(across, along)) > 0.01, (
-        "the two directions can be told apart"
-    )
+    assert abs(probability(along, across) - probability(across, along)) > 0.01, "the two directions can be told apart"
     assert prediction.rim_clear_probability == pytest.approx(probability(along, across), abs=1e-6)
     assert prediction.miss == pytest.approx(0.004)
     np.testing.assert_allclose(prediction.landing, plan.predicted_landing, atol=1e-9)

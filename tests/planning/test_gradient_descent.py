@@ -106,9 +106,7 @@ def test_it_tells_every_cast_on_its_way(make_model):
     assert solution.reason == f"within 10 mm after {n_steps} steps"
     assert n_steps > 5
     for step in (0, 1, n_steps):
-        np.testing.assert_array_equal(
-            path[step], plan_by_gradient_descent(model, 0.83, max_steps=step).parameters
-        )
+        np.testing.assert_array_equal(path[step], plan_by_gradient_descent(model, 0.83, max_steps=step).parameters)
 
 
 def test_the_same_cup_gets_the_same_cast_whatever_was_planned_before(curved_model):

@@ -23,9 +23,7 @@ NOISE = Noise(distance=0.02, speed=0.05, wait=0.03, swing=0.01)
 
 
 def with_cup(inner_radius):
-    return REFERENCE.model_copy(
-        update={"cup": REFERENCE.cup.model_copy(update={"inner_radius": inner_radius})}
-    )
+    return REFERENCE.model_copy(update={"cup": REFERENCE.cup.model_copy(update={"inner_radius": inner_radius})})
 
 
 def fits(scenario, angle, along, across):
@@ -131,13 +129,10 @@ def test_the_probability_vanishes_with_a_huge_deviation_or_too_flat_an_entry():
 
 def test_a_wider_cup_a_steeper_entry_and_a_smaller_deviation_are_better():
     std = LandingStd(0.006, 0.002)
-    wider = [
-        rim_clear_probability(with_cup(r), 0.5, (0.002, 0.001), std) for r in np.linspace(0.021, 0.06, 20)
-    ]
+    wider = [rim_clear_probability(with_cup(r), 0.5, (0.002, 0.001), std) for r in np.linspace(0.021, 0.06, 20)]
     steeper = [rim_clear_probability(REFERENCE, a, (0.002, 0.001), std) for a in np.linspace(1.0, 0.0, 20)]
     surer = [
-        rim_clear_probability(REFERENCE, 0.5, (0.002, 0.001), LandingStd(s, s / 3))
-        for s in np.geomspace(0.1, 1e-4, 20)
+        rim_clear_probability(REFERENCE, 0.5, (0.002, 0.001), LandingStd(s, s / 3)) for s in np.geomspace(0.1, 1e-4, 20)
     ]
     for probabilities in (wider, steeper, surer):
         assert np.all(np.diff(probabilities) >= -1e-9)
@@ -151,10 +146,7 @@ def quadratic(model_class, gradient, curvature):
     """Return a model whose landing is a quadratic of each scaled parameter."""
     gradient, curvature = np.array(gradient), np.array(curvature)
     return model_class(
-        along=(
-            lambda s: 0.4 + s @ gradient + 0.5 * s**2 @ curvature,
-            lambda s: gradient + s * curvature,
-        )
+        along=(lambda s: 0.4 + s @ gradient + 0.5 * s**2 @ curvature, lambda s: gradient + s * curvature)
     )
 
 
@@ -162,10 +154,7 @@ def test_scatter_of_a_quadratic_landing_is_exact(make_model):
     gradient, curvature = np.array([0.3, -0.2, 0.1]), np.array([0.5, 2.0, -4.0])
     model = quadratic(type(make_model()), gradient, curvature)
     lower, upper = cast_bounds(REFERENCE)
-    cast, sizes = (
-        lower + [0.6, 0.4, 0.7] * (upper - lower),
-        np.array([NOISE.distance, NOISE.speed, NOISE.wait]),
-    )
+    cast, sizes = (lower + [0.6, 0.4, 0.7] * (upper - lower), np.array([NOISE.distance, NOISE.speed, NOISE.wait]))
     mean_square, _ = scatter_of_move(model, cast, NOISE)
     # E[(g e + h e^2 / 2)^2] = g^2 s^2 + 3/4 h^2 s^4 of each parameter by itself, in scaled units.
     s = sizes / (upper - lower)
@@ -212,9 +201,7 @@ def test_deviations_add_in_quadrature(make_model):
     assert landing_std(model, cast, Noise(swing=0.01)) == pytest.approx((math.hypot(0.004, swing), swing))
 
 
-@pytest.mark.parametrize(
-    "noise", [Noise(), Noise(torque=0.01), Noise(encoder_counts=4096), Noise(swing=1e-6)]
-)
+@pytest.mark.parametrize("noise", [Noise(), Noise(torque=0.01), Noise(encoder_counts=4096), Noise(swing=1e-6)])
 def test_plans_allow_for_a_tenth_of_a_typical_arms_noise_at_least(noise):
     little, typical = repeatability(Scenario(noise=noise)), Noise.typical()
     for name in ("distance", "speed", "wait", "swing"):

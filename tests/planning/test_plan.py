@@ -23,17 +23,10 @@ from wam_cast.simulation.simulator import simulate_cast
 BOTH = pytest.mark.parametrize("method", METHODS)
 # The same where casts are simulated, which takes its time.
 EACH = pytest.mark.parametrize(
-    "method",
-    [pytest.param(method, marks=[] if method == "program" else pytest.mark.slow) for method in METHODS],
+    "method", [pytest.param(method, marks=[] if method == "program" else pytest.mark.slow) for method in METHODS]
 )
 
-CUPS = [
-    (0.30, 0.0),
-    (-0.2, 0.5),
-    (0.65, -0.35),
-    (-0.5, -0.6),
-    (0.95, 0.1),
-]
+CUPS = [(0.30, 0.0), (-0.2, 0.5), (0.65, -0.35), (-0.5, -0.6), (0.95, 0.1)]
 """In front, beside and behind, near and far."""
 
 
@@ -81,9 +74,7 @@ def test_a_cup_that_is_nowhere_is_refused(make_model, cup):
     assert "finite" in refused(make_model(), cup)
 
 
-@pytest.mark.parametrize(
-    "cup", [0.7, None, (0.7,), (0.7, 0.0, 0.12), "here", (None, 0.1), ("a", "b"), [[0.7, 0.0]]]
-)
+@pytest.mark.parametrize("cup", [0.7, None, (0.7,), (0.7, 0.0, 0.12), "here", (None, 0.1), ("a", "b"), [[0.7, 0.0]]])
 def test_what_is_no_position_is_refused(make_model, cup):
     assert "pair (x, y)" in refused(make_model(), cup)
 

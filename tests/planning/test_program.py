@@ -97,9 +97,7 @@ def test_an_uncertain_landing_is_weighed_against_a_flat_entry(make_model):
     model.std = valley(0.6)
     at = np.linspace(0, 1, 100_001)
     little = (repeatability(Scenario()).swing * 0.6) ** 2
-    moved = (0.2 * np.array([repeatability(Scenario()).speed, repeatability(Scenario()).wait])) / (
-        UPPER - LOWER
-    )[1:]
+    moved = (0.2 * np.array([repeatability(Scenario()).speed, repeatability(Scenario()).wait])) / (UPPER - LOWER)[1:]
     std = np.sqrt((1e-3 * np.exp((at - 0.6) ** 2)) ** 2 + little + moved @ moved)
     best = at[np.argmax((0.03 - 0.02 / np.cos(at - 0.2)) / std)]
     assert 0.25 < best < 0.55
@@ -118,9 +116,7 @@ def test_it_finds_the_cast_that_noise_of_the_move_puts_off_least(make_model):
     model = make_model(scenario=NOISY)
     model.functions["along"] = along, slope
     model.know(model.training_casts)
-    delta_d, _, delta_w = np.array([NOISY.noise.distance, NOISY.noise.speed, NOISY.noise.wait]) / (
-        UPPER - LOWER
-    )
+    delta_d, _, delta_w = np.array([NOISY.noise.distance, NOISY.noise.speed, NOISY.noise.wait]) / (UPPER - LOWER)
     distance, _, wait = scaled(plan_by_program(model, 0.55).parameters)
     assert distance * wait == pytest.approx(0.25, abs=1e-5)
     assert distance == pytest.approx(math.sqrt(0.25 * delta_d / delta_w), abs=0.01)
@@ -142,26 +138,20 @@ def test_it_keeps_away_from_a_cliff_that_the_gradient_does_not_show(make_model):
     model.know(known)
     assert scaled(plan_by_program(model, 0.6).parameters)[0] < 0.44
     model.know(known[:1])
-    assert scaled(plan_by_program(model, 0.6, without=("repeatability",)).parameters)[0] == pytest.approx(
-        0.47
-    )
+    assert scaled(plan_by_program(model, 0.6, without=("repeatability",)).parameters)[0] == pytest.approx(0.47)
 
 
 def test_the_string_stays_slack(make_model):
     # Steep would be short of slack: the slack's limit decides, at 6 mm of a string of 0.6 m.
     model = make_model(along=(0.4, 0, 0.2, 0.2), angle=(0, 1, 0, 0), slack=(0.0, 0.02, 0, 0))
-    assert scaled(plan_by_program(model, 0.6).parameters)[0] == pytest.approx(
-        MIN_SLACK * 0.6 / 0.02, abs=1e-3
-    )
+    assert scaled(plan_by_program(model, 0.6).parameters)[0] == pytest.approx(MIN_SLACK * 0.6 / 0.02, abs=1e-3)
     assert scaled(plan_by_program(model, 0.6, without=("slack",)).parameters)[0] < 0.05
 
 
 @pytest.mark.parametrize("limit", ["peak_torque_utilization", "peak_velocity_utilization"])
 def test_the_arm_keeps_a_margin_to_its_limits(make_model, limit):
     model = make_model(along=(0.4, 0, 0.2, 0.2), angle=(0.5, -0.5, 0, 0), **{limit: (0.7, 0.5, 0, 0)})
-    assert scaled(plan_by_program(model, 0.6).parameters)[0] == pytest.approx(
-        (MAX_UTILIZATION - 0.7) / 0.5, abs=1e-3
-    )
+    assert scaled(plan_by_program(model, 0.6).parameters)[0] == pytest.approx((MAX_UTILIZATION - 0.7) / 0.5, abs=1e-3)
     assert scaled(plan_by_program(model, 0.6, without=("limits",)).parameters)[0] > 0.9
 
 
@@ -196,9 +186,7 @@ def test_bounds_that_scaling_misses_by_rounding_hold_all_the_same(make_model):
     lower, upper = cast_bounds(scenario)
     assert lower[0] + (upper[0] - lower[0]) > upper[0]
     model = make_model(along=(0.4, 0.6, 0, 0), scenario=scenario)
-    solution = plan_by_program(
-        model, 1.2, without=("repeatability",)
-    )  # out of reach: the search ends at the bound
+    solution = plan_by_program(model, 1.2, without=("repeatability",))  # out of reach: the search ends at the bound
     assert solution.parameters[0] == upper[0]
     assert is_allowed(scenario, solution.parameters)
 
@@ -219,11 +207,7 @@ def test_what_noise_makes_of_a_cast_stays_where_the_model_has_seen_casts(make_mo
 def test_of_several_solutions_the_one_of_least_cost_is_kept(make_model):
     # Two valleys of the model's error, and a training cast in either.
     def std(s):
-        return (
-            2e-3
-            - 1.6e-3 * np.exp(-(((s[:, 0] - 0.2) / 0.1) ** 2))
-            - 8e-4 * np.exp(-(((s[:, 0] - 0.8) / 0.1) ** 2))
-        )
+        return 2e-3 - 1.6e-3 * np.exp(-(((s[:, 0] - 0.2) / 0.1) ** 2)) - 8e-4 * np.exp(-(((s[:, 0] - 0.8) / 0.1) ** 2))
 
     def slope(s):
         steps = [
@@ -289,9 +273,7 @@ def test_every_solver_finds_the_same_cast(curved_model, radius, solver):
     assert landing(curved_model, solution) == pytest.approx(radius, abs=1e-5)
     reference = plan_by_program(curved_model, radius)
     np.testing.assert_allclose(scaled(solution.parameters), scaled(reference.parameters), atol=0.01)
-    assert solution.reason.startswith(
-        f"{solver.upper()} reached the cup from {N_STARTS} of {N_STARTS} starts"
-    )
+    assert solution.reason.startswith(f"{solver.upper()} reached the cup from {N_STARTS} of {N_STARTS} starts")
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
@@ -367,9 +349,7 @@ def test_the_move_duration_is_a_linear_constraint_in_scaled_parameters(curved_mo
 
 def test_evaluations_are_counted_and_shared_by_cost_and_constraints(curved_model):
     solution = plan_by_program(curved_model, 0.8)
-    assert solution.n_evaluations == sum(
-        curved_model.calls[name] for name in ("linearize", "landing_with_gradient")
-    )
+    assert solution.n_evaluations == sum(curved_model.calls[name] for name in ("linearize", "landing_with_gradient"))
     evaluator = build_program(curved_model, 0.8).evaluator
     at = np.array([0.3, 0.6, 0.2])
     evaluator.outputs(at)

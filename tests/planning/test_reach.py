@@ -16,9 +16,7 @@ REACH = Reach(0.26311, 0.98584, math.radians(-148.4), math.radians(148.4))
 def cups_out_of_reach():
     """Return cups in all directions: too near, too far, between joint 1's stops, and two of it at once."""
     rng = np.random.default_rng(0)
-    random = [
-        from_polar(d, b) for d, b in zip(rng.uniform(0, 3, 600), rng.uniform(-np.pi, np.pi, 600), strict=True)
-    ]
+    random = [from_polar(d, b) for d, b in zip(rng.uniform(0, 3, 600), rng.uniform(-np.pi, np.pi, 600), strict=True)]
     nearby = [
         from_polar(d, b)
         for d in (1e-9, 0.2631, 0.985841, 50.0)

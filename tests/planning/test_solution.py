@@ -23,9 +23,7 @@ def refusal(found, scenario=SCENARIO):
     return line
 
 
-@pytest.mark.parametrize(
-    "found", [ALLOWED, tuple(ALLOWED), np.array(ALLOWED), np.array(ALLOWED, dtype=object)]
-)
+@pytest.mark.parametrize("found", [ALLOWED, tuple(ALLOWED), np.array(ALLOWED), np.array(ALLOWED, dtype=object)])
 def test_parameters_alone_are_a_solution_that_tells_no_more(found):
     solution = checked_solution(found, SCENARIO, "mine")
     assert solution.parameters.dtype == float
@@ -103,9 +101,7 @@ def test_a_move_that_is_too_short_is_refused_with_the_shortest():
     line = refusal([0.1, 0.8, 0.1])
     assert "distance = 0.1 at speed = 0.8, a move of 0.125 s" in line
     assert "at least 0.2 s" in line
-    np.testing.assert_array_equal(
-        checked_solution([0.1, 0.5, 0.1], SCENARIO, "mine").parameters, [0.1, 0.5, 0.1]
-    )
+    np.testing.assert_array_equal(checked_solution([0.1, 0.5, 0.1], SCENARIO, "mine").parameters, [0.1, 0.5, 0.1])
 
 
 def test_the_bounds_are_the_scenarios():

@@ -89,17 +89,14 @@ def test_meshes_are_what_the_script_writes(generated):
         assert [x for x in lines if x[0] == "f"] == [x for x in expected if x[0] == "f"], name
         for tag, last_digit in (("v", 1e-4), ("vn", 1e-2)):  # another libm may round the last digit elsewhere
             ours, theirs = (
-                np.array([x.split()[1:] for x in text if x.split()[0] == tag], float)
-                for text in (lines, expected)
+                np.array([x.split()[1:] for x in text if x.split()[0] == tag], float) for text in (lines, expected)
             )
             np.testing.assert_allclose(ours, theirs, atol=1.01 * last_digit, rtol=0, err_msg=name)
 
 
 def test_meshes_are_light():
     files = list(MODELS.glob("meshes/*.obj"))
-    faces = [
-        line.split() for path in files for line in path.read_text("utf-8").splitlines() if line[0] == "f"
-    ]
+    faces = [line.split() for path in files for line in path.read_text("utf-8").splitlines() if line[0] == "f"]
     assert 1000 < sum(len(face) - 3 for face in faces) < 15_000, "triangles"
     assert sum(path.stat().st_size for path in files) < 600_000, "bytes"
 

@@ -11,13 +11,7 @@ from pydrake.systems.analysis import Simulator
 from wam_cast.arm_model import models_directory
 from wam_cast.cast import Cast
 from wam_cast.motion.stages import CastMotion, Stage
-from wam_cast.robot.controller import (
-    DIFFERENTIALS,
-    ArmController,
-    CastController,
-    saturate,
-    torque_utilization,
-)
+from wam_cast.robot.controller import DIFFERENTIALS, ArmController, CastController, saturate, torque_utilization
 from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Scenario
 
@@ -59,9 +53,7 @@ class Arm:
     def jacobian(self, q):
         """Return the hand's Jacobian by differences of its position: nothing of Drake's Jacobians."""
         h = 1e-6
-        columns = [
-            (self.hand_position(q + h * e) - self.hand_position(q - h * e)) / (2 * h) for e in np.eye(7)
-        ]
+        columns = [(self.hand_position(q + h * e) - self.hand_position(q - h * e)) / (2 * h) for e in np.eye(7)]
         return np.array(columns).T
 
     def exact_jacobian(self, q):
@@ -127,9 +119,7 @@ def test_torque_is_the_law_in_closed_form(controller, arm, state, time):
     pull += np.array([0.9, 0.8, 0.7, 0.6, 0.05, 0.04, 0.003]) * (v_posture - v)
     N = np.eye(7) - J.T @ np.linalg.inv(J @ J.T) @ J
     expected = J.T @ u_x + arm.holding_torque(q) + N @ pull
-    assert torque_utilization(expected, controller.torque_limits).max() < 1, (
-        "the test's state must not saturate"
-    )
+    assert torque_utilization(expected, controller.torque_limits).max() < 1, "the test's state must not saturate"
     found = controller.GetOutputPort("actuation").Eval(context_of(controller, state, time))
     np.testing.assert_allclose(found, expected, atol=1e-10, rtol=0)
 
@@ -169,14 +159,7 @@ def test_posture_gives_no_force_at_the_hand(arm):
     torques = []
     for stiffness in ([0.0] * 7, [5.0, 4.0, 3.0, 2.0, 1.0, 0.9, 0.2]):
         scenario = Scenario.from_dict(
-            {
-                "controller": {
-                    "kp": 60.0,
-                    "kd": 17.0,
-                    "posture_stiffness": stiffness,
-                    "posture_damping": [0.0] * 7,
-                }
-            }
+            {"controller": {"kp": 60.0, "kd": 17.0, "posture_stiffness": stiffness, "posture_damping": [0.0] * 7}}
         )
         torques.append(outputs(c := CastController(scenario), context_of(c))["actuation"])
     added = torques[1] - torques[0]

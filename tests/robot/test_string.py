@@ -82,12 +82,9 @@ class Pendulum:
         first = np.arange(0, self.n, 2)
         zero, h, w = np.zeros(self.n), 1e-4, 1e-2
         directions = np.eye(self.n)[first]
-        columns = [
-            (self.acceleration(h * e) - self.acceleration(-h * e))[first] / (2 * h) for e in directions
-        ]
+        columns = [(self.acceleration(h * e) - self.acceleration(-h * e))[first] / (2 * h) for e in directions]
         columns += [
-            (self.acceleration(zero, w * e) - self.acceleration(zero, -w * e))[first] / (2 * w)
-            for e in directions
+            (self.acceleration(zero, w * e) - self.acceleration(zero, -w * e))[first] / (2 * w) for e in directions
         ]
         n = len(first)
         A = np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), np.array(columns).T])
@@ -367,9 +364,7 @@ def test_hooks_damping_does_not_depend_on_the_number_of_links():
     _, phi = chain_frequency(string, point.mass, mode=0)
     slope = (phi(string.length) - phi(string.length - 1e-5)) / 1e-5
     expected = -string.hook_damping * slope**2 / (2 * modal_mass(string, point.mass, phi))
-    found = [
-        Pendulum(String(n_links=n, bending_damping=0.0), point).in_plane_modes()[0].real for n in (10, 20, 40)
-    ]
+    found = [Pendulum(String(n_links=n, bending_damping=0.0), point).in_plane_modes()[0].real for n in (10, 20, 40)]
     np.testing.assert_allclose(found, expected, rtol=0.01)
 
 
@@ -384,9 +379,7 @@ def test_bending_mode_decays_as_the_flexible_string_does():
 
     bent = quad(lambda z: curvature(z) ** 2, 0, string.length)[0]
     expected = -string.bending_damping * bent / (2 * modal_mass(string, point.mass, phi))
-    found = [
-        Pendulum(String(n_links=n, hook_damping=0.0), point).in_plane_modes()[1].real for n in (10, 20, 40)
-    ]
+    found = [Pendulum(String(n_links=n, hook_damping=0.0), point).in_plane_modes()[1].real for n in (10, 20, 40)]
     np.testing.assert_allclose(found, expected, rtol=0.05)
     assert abs(found[2] / expected - 1) < 0.01
 

@@ -12,9 +12,7 @@ G = 9.81
 
 
 def test_inside_ends_at_the_wall_and_at_the_rim():
-    p_CL = np.array(
-        [[0.0, 0, -0.001], [0, 0, 0.001], [0.0299, 0, -0.05], [0.0301, 0, -0.05], [0.022, 0.022, -0.1]]
-    )
+    p_CL = np.array([[0.0, 0, -0.001], [0, 0, 0.001], [0.0299, 0, -0.05], [0.0301, 0, -0.05], [0.022, 0.022, -0.1]])
     np.testing.assert_array_equal(is_inside(p_CL, CUP), [True, False, True, False, False])
 
 

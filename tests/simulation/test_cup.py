@@ -34,9 +34,7 @@ class FreeBall:
         inertia = SpatialInertia.SolidSphereWithMass(BALL.mass, BALL.radius)
         self.ball = self.plant.AddRigidBody("ball", self.plant.AddModelInstance("ball"), inertia)
         material = contact_material(self.cup)
-        self.plant.RegisterCollisionGeometry(
-            self.ball, RigidTransform(), Sphere(BALL.radius), "ball", material
-        )
+        self.plant.RegisterCollisionGeometry(self.ball, RigidTransform(), Sphere(BALL.radius), "ball", material)
         add_cup(self.plant, self.cup)
         self.plant.Finalize()
         self.plant.set_stiction_tolerance(STICTION_SPEED)
@@ -78,9 +76,7 @@ def distance_to_cup(world, points):
     plant_context = world.plant.GetMyMutableContextFromRoot(context)
     world.plant.SetFreeBodyPose(plant_context, world.ball, RigidTransform([50.0, 0, 50]))
     query = world.scene_graph.get_query_output_port().Eval(world.scene_graph.GetMyContextFromRoot(context))
-    return np.array(
-        [min(found.distance for found in query.ComputeSignedDistanceToPoint(np.array(p))) for p in points]
-    )
+    return np.array([min(found.distance for found in query.ComputeSignedDistanceToPoint(np.array(p))) for p in points])
 
 
 # ---------------------------------------------------------------- shape
@@ -117,9 +113,7 @@ def test_rim_is_at_its_height(world):
 
 
 def test_floor_is_at_height_zero(world):
-    np.testing.assert_allclose(
-        distance_to_cup(world, [[0.5, 0.4, 0.01], [-1, 2, 0.3]]), [0.01, 0.3], atol=1e-9
-    )
+    np.testing.assert_allclose(distance_to_cup(world, [[0.5, 0.4, 0.01], [-1, 2, 0.3]]), [0.01, 0.3], atol=1e-9)
 
 
 # ---------------------------------------------------------------- a ball in it

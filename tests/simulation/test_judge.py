@@ -1,5 +1,7 @@
 """The judge: crossings and verdicts on synthetic paths, limits of the joints and the string at the landing on made-up logs."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from pydrake.multibody.plant import MultibodyPlant
@@ -72,8 +74,7 @@ def test_sample_exactly_on_the_plane_is_the_crossing():
 
 
 @pytest.mark.parametrize(
-    ("velocity", "angle"),
-    [([0, 0, -2], 0), ([1, 0, -1], 45), ([0, -1, -1], 45), ([3, 4, 0], 90), ([0, 0, 1], 180)],
+    ("velocity", "angle"), [([0, 0, -2], 0), ([1, 0, -1], 45), ([0, -1, -1], 45), ([3, 4, 0], 90), ([0, 0, 1], 180)]
 )
 def test_angle_is_from_straight_down(velocity, angle):
     assert np.rad2deg(angle_from_vertical(np.array(velocity, float))) == pytest.approx(angle)
@@ -160,8 +161,16 @@ def log_of(plant, positions, velocities=None):
     n = len(positions)
     if velocities is None:
         velocities = np.zeros((n, plant.num_velocities()))
-    desired = np.full((n, 6), np.nan)
-    return Log(0.01 * np.arange(n), np.hstack([positions, velocities]), np.zeros((n, N_ARM)), desired)
+    return Log(0.01 * np.arange(n), np.hstack([positions, velocities]), np.zeros((n, N_ARM)))
+
+
+def judge_of(scenario, plant, desired=None):
+    """Return a judge of logs of `plant`, whose controller wants the hand at `desired`, shape (n, 3), if it says."""
+
+    def desired_path(_, times):
+        return np.full((len(times), 3), np.nan) if desired is None else desired[np.rint(100 * times).astype(int)]
+
+    return Judge(SimpleNamespace(scenario=scenario, plant=plant, desired_path=desired_path))
 
 
 def contact_free(scenario, cast, log):
@@ -180,7 +189,7 @@ def contact_free(scenario, cast, log):
 
 @pytest.mark.parametrize("joint", range(N_ARM))
 def test_each_joint_has_a_stop_at_either_end_of_its_range(plant, scenario, hanging, joint):
-    judge = Judge(scenario, plant)
+    judge = judge_of(scenario, plant)
     for stops, outward in ((plant.GetPositionLowerLimits(), -1), (plant.GetPositionUpperLimits(), 1)):
         positions = np.tile(hanging, (3, 1))
         positions[1, joint] = stops[joint] - 1e-3 * outward
@@ -207,7 +216,7 @@ def test_string_is_slack_by_its_state_at_the_landing_whatever_it_is_afterwards(p
     time = 0.01 * np.arange(41)
     # It unfolds as the ball comes down: shorter by ABOVE at the rim plane, taut before the ball is all below it.
     log = unfolding(plant, scenario, hanging, 1.25 * (0.4 - time), np.full(41, -1.25))
-    outcome = Judge(scenario, plant).outcome(contact_free(scenario, cast, log))
+    outcome = judge_of(scenario, plant).outcome(contact_free(scenario, cast, log))
     assert outcome.limits_hit == ()
     assert outcome.crossing_time == pytest.approx(0.4 - np.arccos(1 - ABOVE / length) / 1.25, abs=1e-6)
     np.testing.assert_allclose(outcome.landing, [scenario.motion.start_radius, 0.0], atol=1e-9)
@@ -218,9 +227,9 @@ def test_string_is_slack_by_its_state_at_the_landing_whatever_it_is_afterwards(p
 def test_hand_is_scored_against_what_the_controller_wanted_of_it(plant, scenario, hanging):
     log = log_of(plant, np.tile(hanging, (31, 1)))
     p_WE = np.array([scenario.motion.start_radius, 0.0, scenario.motion.start_height])
-    judge, cast = Judge(scenario, plant), Cast(0.3, 0.6, 0.1)
-    assert np.isnan(judge.outcome(contact_free(scenario, cast, log)).peak_tracking_error)
-    desired = np.tile([*p_WE, 0, 0, 0], (31, 1))
-    desired[20, :3] += [0.03, -0.04, 0.0]
-    outcome = judge.outcome(contact_free(scenario, cast, log._replace(hand_desired=desired)))
+    phase = contact_free(scenario, Cast(0.3, 0.6, 0.1), log)
+    assert np.isnan(judge_of(scenario, plant).outcome(phase).peak_tracking_error)
+    desired = np.tile(p_WE, (31, 1))
+    desired[20] += [0.03, -0.04, 0.0]
+    outcome = judge_of(scenario, plant, desired).outcome(phase)
     assert outcome.peak_tracking_error == pytest.approx(0.05, abs=1e-12)

@@ -21,9 +21,7 @@ CASTS = [Cast(0.30, 0.60, 0.10), Cast(0.20, 0.30, 0.45, bearing=0.05), Cast(0.30
 
 def assert_identical(found, expected):
     for field in dataclasses.fields(Outcome):
-        np.testing.assert_array_equal(
-            getattr(found, field.name), getattr(expected, field.name), err_msg=field.name
-        )
+        np.testing.assert_array_equal(getattr(found, field.name), getattr(expected, field.name), err_msg=field.name)
 
 
 @pytest.fixture(scope="module")

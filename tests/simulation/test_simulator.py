@@ -38,9 +38,7 @@ def scenario(**changes):
 
 def assert_identical(found, expected):
     for field in dataclasses.fields(Outcome):
-        np.testing.assert_array_equal(
-            getattr(found, field.name), getattr(expected, field.name), err_msg=field.name
-        )
+        np.testing.assert_array_equal(getattr(found, field.name), getattr(expected, field.name), err_msg=field.name)
 
 
 @pytest.fixture(scope="module")
@@ -139,9 +137,7 @@ def test_reference_scenario_takes_one_step_a_period(simulator):
     assert CastSimulator(scenario(simulation={"max_step": 0.0015})).step == 0.001  # divides the period
 
 
-@pytest.mark.parametrize(
-    "wait", [0.05, *(pytest.param(wait, marks=pytest.mark.slow) for wait in (0.02, 0.35, 0.38))]
-)
+@pytest.mark.parametrize("wait", [0.05, *(pytest.param(wait, marks=pytest.mark.slow) for wait in (0.02, 0.35, 0.38))])
 def test_last_sample_before_a_poll_is_logged_whatever_the_period(wait):
     # Thirty times 3 ms is not ten times 0.03 s in floating point; the crossing may be in the very sample between the two.
     sampled = CastSimulator(scenario(controller={"period": 0.003}))

@@ -93,9 +93,7 @@ def test_gif_lasts_as_long_as_the_cast_to_its_verdict(gif, caught):
 def test_ball_is_where_the_recording_has_it(gif, caught):
     pictures, _ = read_gif(gif)
     samples = animation_samples(caught)
-    np.testing.assert_allclose(
-        caught.times[samples[:-1]], np.arange(len(samples) - 1) / FRAME_RATE, atol=1e-3
-    )
+    np.testing.assert_allclose(caught.times[samples[:-1]], np.arange(len(samples) - 1) / FRAME_RATE, atol=1e-3)
     seen = 0
     for picture, sample in zip(pictures, samples, strict=True):
         if holds_ball(caught)[sample]:
@@ -181,9 +179,7 @@ def test_film_of_a_cast_without_a_cup_goes_to_the_landing(landed):
 
 def test_mp4_without_what_writes_it_is_refused_with_what_to_install(landed, tmp_path, monkeypatch):
     monkeypatch.setattr(animation, "find_spec", lambda _: None)
-    with pytest.raises(
-        InputError, match=r"cast\.mp4: .* pip install 'wam-cast\[animation\]', .*\.gif"
-    ) as raised:
+    with pytest.raises(InputError, match=r"cast\.mp4: .* pip install 'wam-cast\[animation\]', .*\.gif") as raised:
         write_animation(landed, tmp_path / "cast.mp4")
     assert "\n" not in str(raised.value)
     assert list(tmp_path.iterdir()) == []

@@ -14,13 +14,7 @@ from wam_cast.motion.stages import Stage
 from wam_cast.robot.plant import STRING_COLOR
 from wam_cast.simulation.ball_and_cup import is_inside
 from wam_cast.visualization.camera import Camera, view_rotation
-from wam_cast.visualization.film_strip import (
-    choose_moments,
-    draw_film_strip,
-    draw_frame,
-    render_frames,
-    write_picture,
-)
+from wam_cast.visualization.film_strip import choose_moments, draw_film_strip, draw_frame, render_frames, write_picture
 from wam_cast.visualization.picture_files import write_figure
 from wam_cast.visualization.recorded import SAMPLED, finite_part, points_to_show, stage_pieces, without_turn
 from wam_cast.visualization.side_view import draw_side_view, in_casting_plane
@@ -84,9 +78,7 @@ def test_paths_so_far_end_at_the_rendered_ball_and_at_the_hand(caught, frames):
     ends = np.array([line[-1] for line in shown if len(line)])
     # The ball is left in sight, so that its path ends at its edge.
     radius = math.sqrt(np.sum(orange(frame.image)) / math.pi)
-    assert np.min(np.linalg.norm(ends - middle_of(orange(frame.image)), axis=1)) == pytest.approx(
-        radius, abs=2
-    )
+    assert np.min(np.linalg.norm(ends - middle_of(orange(frame.image)), axis=1)) == pytest.approx(radius, abs=2)
     hand = frame.camera.project(caught.p_WE[[frame.sample]])[0]
     assert np.min(np.linalg.norm(ends - hand, axis=1)) < 1e-9
     starts = frame.camera.project(np.array([caught.p_WE[0], caught.p_WL[0]]))
@@ -143,9 +135,7 @@ def test_side_view_draws_the_recorded_paths_in_the_casting_plane(missed):
     assert np.ptp(cup[:, 0]) == pytest.approx(2 * missed.scenario.cup.outer_radius)
     assert np.ptp(cup[:, 1]) == pytest.approx(missed.scenario.cup.rim_height)
     labels = [text.get_text() for text in axes.get_legend().get_texts()]
-    assert {"move", "wait", "drop", "hold", "return", "ball", "hand", "landing", "landing, predicted"} <= set(
-        labels
-    )
+    assert {"move", "wait", "drop", "hold", "return", "ball", "hand", "landing", "landing, predicted"} <= set(labels)
 
 
 def test_moments_at_which_the_ball_is_in_one_place_share_a_marker(caught):

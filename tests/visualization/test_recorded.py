@@ -8,14 +8,7 @@ import pytest
 from wam_cast.cast import Cast
 from wam_cast.motion.stages import Stage
 from wam_cast.simulation.outcome import Status
-from wam_cast.visualization.recorded import (
-    SAMPLED,
-    describe_all,
-    finite_part,
-    frame_moments,
-    holds_ball,
-    without_turn,
-)
+from wam_cast.visualization.recorded import SAMPLED, describe_all, finite_part, frame_moments, holds_ball, without_turn
 
 
 def test_cut_recording_begins_with_the_move_and_its_clock_too(missed):

@@ -15,14 +15,7 @@ import pytest
 from wam_cast.errors import InputError
 from wam_cast.motion.stages import Stage
 from wam_cast.visualization.recorded import describe_all, frame_moments, holds_ball
-from wam_cast.visualization.replay import (
-    FRAME_RATE,
-    REST_AT_END,
-    TOLERANCE,
-    key_frames,
-    replay_page,
-    write_replay,
-)
+from wam_cast.visualization.replay import FRAME_RATE, REST_AT_END, TOLERANCE, key_frames, replay_page, write_replay
 from wam_cast.visualization.viewer import N_SIDES, RING_SPACING, ring_points, tube
 
 
@@ -91,10 +84,7 @@ def test_animation_has_the_recorded_ball_in_every_frame_and_stores_few(page, cau
 
 def cup_heights(page, n_frames):
     _, tracks = read_animation(page)
-    return [
-        frame_values(only(tracks, name)[".position"], n_frames)[:, 2]
-        for name in ("/cup/cup", "/lit_cup/lit_cup")
-    ]
+    return [frame_values(only(tracks, name)[".position"], n_frames)[:, 2] for name in ("/cup/cup", "/lit_cup/lit_cup")]
 
 
 def test_cup_is_lit_while_it_holds_the_ball(page, caught):
@@ -228,9 +218,7 @@ class Player:
         slider = self.page.locator("#player input")
         slider.evaluate("(it, time) => { it.value = time; it.dispatchEvent(new Event('input')) }", time)
         # Two frames on, the scene has been drawn.
-        self.page.evaluate(
-            "() => new Promise(d => requestAnimationFrame(() => requestAnimationFrame(() => d())))"
-        )
+        self.page.evaluate("() => new Promise(d => requestAnimationFrame(() => requestAnimationFrame(() => d())))")
 
     def text(self, selector):
         return self.page.locator(selector).inner_text()

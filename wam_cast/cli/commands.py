@@ -70,12 +70,10 @@ def throw(
         Path | None, typer.Option(metavar="FILE.html", help="Write a replay that opens in a browser.")
     ] = None,
     picture: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE.png", help="Write a film strip of one cast (also .pdf, .svg)."),
+        Path | None, typer.Option(metavar="FILE.png", help="Write a film strip of one cast (also .pdf, .svg).")
     ] = None,
     animation: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE.gif", help="Write a film of one cast, without its return (also .mp4)."),
+        Path | None, typer.Option(metavar="FILE.gif", help="Write a film of one cast, without its return (also .mp4).")
     ] = None,
     seed: Annotated[
         int,
@@ -142,17 +140,12 @@ def plan(
 @app.command()
 def generate(
     directory: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where the dataset goes.")],
-    casts: Annotated[
-        int, typer.Option(min=1, help="How many casts to simulate.")
-    ] = model_choice.TRAINING_CASTS,
-    seed: Annotated[
-        int, typer.Option(min=0, help="Draws the casts: row i of a seed is always the same.")
-    ] = 0,
+    casts: Annotated[int, typer.Option(min=1, help="How many casts to simulate.")] = model_choice.TRAINING_CASTS,
+    seed: Annotated[int, typer.Option(min=0, help="Draws the casts: row i of a seed is always the same.")] = 0,
     scenario: ScenarioOption = None,
     workers: WorkersOption = None,
     scheduler: Annotated[
-        str | None,
-        typer.Option(metavar="ADDRESS", help="Of a Dask scheduler whose workers simulate instead."),
+        str | None, typer.Option(metavar="ADDRESS", help="Of a Dask scheduler whose workers simulate instead.")
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -185,8 +178,7 @@ def fit(
     dataset: Annotated[Path, typer.Argument(metavar="DIR", help="What `wam-cast generate` wrote.")],
     file: Annotated[Path, typer.Option("--out", metavar="FILE", help="Where the model goes.")],
     scenario: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="YAML file; default: the scenario stored with the dataset."),
+        Path | None, typer.Option(metavar="FILE", help="YAML file; default: the scenario stored with the dataset.")
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -283,9 +275,7 @@ def show(
         out.print(f"the diagram is in {graph}")
 
 
-def _plans(
-    model: wc.ForwardModel, cups: list[Position], planner: Planner, solver: Solver | None
-) -> list[Plan]:
+def _plans(model: wc.ForwardModel, cups: list[Position], planner: Planner, solver: Solver | None) -> list[Plan]:
     plans = []
     with progress("planning", len(cups)) as advance:
         for done, cup in enumerate(cups, 1):
@@ -295,11 +285,7 @@ def _plans(
 
 
 def _execute(
-    scenario: wc.Scenario,
-    plans: list[Plan],
-    seed: int,
-    files: ThrowFiles,
-    on_outcome: Callable[[Outcome], None],
+    scenario: wc.Scenario, plans: list[Plan], seed: int, files: ThrowFiles, on_outcome: Callable[[Outcome], None]
 ) -> None:
     """Execute plans after each other; if it is to be shown, to the end of the last return, and write what is wanted."""
     if files.are_wanted:

@@ -24,9 +24,7 @@ def explore(scenario_path: Path | None, model_path: Path | None, as_json: bool) 
     if as_json:
         print_json({"url": explorer.url})
     else:
-        out.print(
-            f"{explorer.url} is a page to explore casts: its sliders and buttons are under Open Controls"
-        )
+        out.print(f"{explorer.url} is a page to explore casts: its sliders and buttons are under Open Controls")
         out.print("stop with Ctrl-C")
     try:
         explorer.run()

@@ -37,13 +37,7 @@ def generate(
 
         try:
             return wc.generate_dataset(
-                scenario,
-                n_casts,
-                seed,
-                executor=executor,
-                n_workers=workers,
-                directory=directory,
-                on_progress=report,
+                scenario, n_casts, seed, executor=executor, n_workers=workers, directory=directory, on_progress=report
             )
         except KeyboardInterrupt:
             command = command_line(
@@ -71,9 +65,7 @@ def fit(dataset: Path, file: Path, scenario: wc.Scenario | None) -> wc.ForwardMo
     return model
 
 
-def reproduce(
-    scenario: wc.Scenario, scenario_path: Path | None, directory: Path, seed: int, quick: bool
-) -> Findings:
+def reproduce(scenario: wc.Scenario, scenario_path: Path | None, directory: Path, seed: int, quick: bool) -> Findings:
     """Run or finish the paper's experiment."""
     with phase_progress() as report:
         try:

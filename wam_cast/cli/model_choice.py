@@ -19,9 +19,7 @@ def load_scenario(path: Path | None) -> wc.Scenario:
     return wc.Scenario() if path is None else wc.Scenario.from_yaml(path)
 
 
-def scenario_and_model(
-    path: Path | None, model_path: Path | None, train: bool
-) -> tuple[wc.Scenario, wc.ForwardModel]:
+def scenario_and_model(path: Path | None, model_path: Path | None, train: bool) -> tuple[wc.Scenario, wc.ForwardModel]:
     """Return what to cast in and the model to plan with, as `find` does; if there is none, make it or say how it is made."""
     scenario, model = find(path, model_path)
     if model is not None:

@@ -16,8 +16,7 @@ Planner = Literal["program", "gradient"]
 Solver = Literal["snopt", "ipopt", "nlopt"]
 
 CupOption = Annotated[
-    list[str],
-    typer.Option("--cup", metavar="X[,Y]", help="The cup's axis in metres; default of Y: 0. Repeatable."),
+    list[str], typer.Option("--cup", metavar="X[,Y]", help="The cup's axis in metres; default of Y: 0. Repeatable.")
 ]
 JsonOption = Annotated[bool, typer.Option("--json", metavar="", help="Print the result as JSON.")]
 ModelOption = Annotated[
@@ -30,8 +29,7 @@ ModelOption = Annotated[
 ]
 PlannerOption = Annotated[Planner, typer.Option("--planner", help="`gradient` is the paper's.")]
 ScenarioOption = Annotated[
-    Path | None,
-    typer.Option("--scenario", metavar="FILE", help="YAML file; default: the reference scenario."),
+    Path | None, typer.Option("--scenario", metavar="FILE", help="YAML file; default: the reference scenario.")
 ]
 SolverOption = Annotated[Solver | None, typer.Option("--solver", help="Of the program; default: snopt.")]
 TrainOption = Annotated[

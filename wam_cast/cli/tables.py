@@ -30,9 +30,7 @@ def print_throws(executed: Sequence[tuple[Plan, Outcome]]) -> None:
         landing, miss = _position(outcome.landing), f"{1e3 * outcome.miss:.1f}"
         if not math.isfinite(outcome.miss):
             landing = miss = "-"
-        table.add_row(
-            _position(plan.cup), _position(plan.predicted_landing), landing, miss, outcome.status.value
-        )
+        table.add_row(_position(plan.cup), _position(plan.predicted_landing), landing, miss, outcome.status.value)
     out.print(table)
     for i, (plan, outcome) in enumerate(executed, 1):
         _print_infeasible(plan)
@@ -44,9 +42,7 @@ def print_throws(executed: Sequence[tuple[Plan, Outcome]]) -> None:
         if not outcome.is_caught and i < len(executed):
             out.print(f"cup {_position(plan.cup)}: missed; the next cast starts anew, from rest at home")
         if outcome.limits_hit:
-            out.print(
-                f"cup {_position(plan.cup)}: the arm meets the limit of {', '.join(outcome.limits_hit)}"
-            )
+            out.print(f"cup {_position(plan.cup)}: the arm meets the limit of {', '.join(outcome.limits_hit)}")
         if outcome.return_faults:
             out.print(f"cup {_position(plan.cup)}: on the way home, {', '.join(outcome.return_faults)}")
 
@@ -54,13 +50,7 @@ def print_throws(executed: Sequence[tuple[Plan, Outcome]]) -> None:
 def print_plans(plans: Sequence[Plan]) -> None:
     """Print a row for each cup."""
     table = _table(
-        "cup\n[m]",
-        "distance\n[m]",
-        "speed\n[m/s]",
-        "wait\n[s]",
-        "bearing\n[deg]",
-        "predicted\nmiss [mm]",
-        "clear\n[%]",
+        "cup\n[m]", "distance\n[m]", "speed\n[m/s]", "wait\n[s]", "bearing\n[deg]", "predicted\nmiss [mm]", "clear\n[%]"
     )
     for plan in plans:
         cast = plan.cast
@@ -109,31 +99,21 @@ def print_findings(findings: Findings, directory: Path) -> None:
     low, high = results["hit_interval"]
     table = _table("", "paper", "here")
     casts = ", ".join(str(results[name]) for name in ("n_train", "n_validation", "n_test"))
-    table.add_row(
-        "training, validation, test casts", f"{paper.N_TRAIN}, {paper.N_VALIDATION}, {paper.N_TEST}", casts
-    )
-    table.add_row(
-        "test RMSE, one length scale [cm]", f"{100 * paper.TEST_RMSE:.2f}", f"{100 * rmse['isotropic']:.2f}"
-    )
+    table.add_row("training, validation, test casts", f"{paper.N_TRAIN}, {paper.N_VALIDATION}, {paper.N_TEST}", casts)
+    table.add_row("test RMSE, one length scale [cm]", f"{100 * paper.TEST_RMSE:.2f}", f"{100 * rmse['isotropic']:.2f}")
     table.add_row("test RMSE, ARD length scales [cm]", "-", f"{100 * rmse['ard']:.2f}")
     table.add_row(
-        "test RMSE, polynomial 12 [cm]",
-        f"{100 * paper.POLYNOMIAL_RMSE:.1f}",
-        f"{100 * rmse['polynomial_12']:.2f}",
+        "test RMSE, polynomial 12 [cm]", f"{100 * paper.POLYNOMIAL_RMSE:.1f}", f"{100 * rmse['polynomial_12']:.2f}"
     )
     table.add_row(
         "mean predicted miss [mm]",
         f"{1e3 * paper.PREDICTED_MISS:.1f}",
         f"{1e3 * results['predicted_miss_m']['mean']:.1f}",
     )
-    table.add_row(
-        "mean executed miss [mm]", "-", "-" if miss["mean"] is None else f"{1e3 * miss['mean']:.1f}"
-    )
+    table.add_row("mean executed miss [mm]", "-", "-" if miss["mean"] is None else f"{1e3 * miss['mean']:.1f}")
     caught = round(results["hit_rate"] * results["n_cups"])
     table.add_row(
-        "hit rate",
-        f"{100 * paper.HIT_RATE:.0f} %",
-        f"{caught} of {results['n_cups']} ({low:.0%} to {high:.0%})",
+        "hit rate", f"{100 * paper.HIT_RATE:.0f} %", f"{caught} of {results['n_cups']} ({low:.0%} to {high:.0%})"
     )
     out.print(table)
     out.print(f"report: {directory / 'report.html'}")
@@ -163,12 +143,8 @@ def print_map(floor: FloorMap, picture: Path) -> None:
             f"{100 * low:.0f}-{100 * high:.0f}",
         )
     out.print(table)
-    out.print(
-        "cup: its distance from the base axis; along: outward from its axis, lateral: to the left of it;"
-    )
-    out.print(
-        "in brackets: standard deviation; clear: probability of a rim-clear entry (without touching the rim)"
-    )
+    out.print("cup: its distance from the base axis; along: outward from its axis, lateral: to the left of it;")
+    out.print("in brackets: standard deviation; clear: probability of a rim-clear entry (without touching the rim)")
     for ring in record["rings"]:
         if not ring["is_feasible"]:
             out.print(f"cup {ring['radius']:.3f}: no cast is predicted to land in it")

@@ -42,9 +42,7 @@ def draw_floor_picture(floor: FloorMap) -> Figure:
     _draw_profiles(along, lateral, floor)
     rings = floor.rings
     low, high = np.array(rings["hit_interval"].tolist()).T
-    radii, probability, rate = (
-        rings[name].to_numpy() for name in ("radius", "rim_clear_probability", "hit_rate")
-    )
+    radii, probability, rate = (rings[name].to_numpy() for name in ("radius", "rim_clear_probability", "hit_rate"))
     draw_chances(chances, radii, probability, rate, low, high)
     right.align_ylabels()
     return figure

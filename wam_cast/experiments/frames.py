@@ -48,17 +48,11 @@ def _known(value: Any) -> Any:
     return math.nan if value is None else value
 
 
-Rows = Annotated[
-    pd.DataFrame,
-    PlainValidator(_from_rows),
-    PlainSerializer(records, return_type=list),
-]
+Rows = Annotated[pd.DataFrame, PlainValidator(_from_rows), PlainSerializer(records, return_type=list)]
 """A frame that is a list of its rows in JSON, each with the names of the columns."""
 
 Columns = Annotated[
-    pd.DataFrame,
-    PlainValidator(_from_columns),
-    PlainSerializer(lambda frame: frame.to_dict("list"), return_type=dict),
+    pd.DataFrame, PlainValidator(_from_columns), PlainSerializer(lambda frame: frame.to_dict("list"), return_type=dict)
 ]
 """A frame that is a list for each column in JSON."""
 

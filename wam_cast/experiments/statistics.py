@@ -46,11 +46,7 @@ def rmse_interval(residuals: Array, seed: int) -> tuple[float, float]:
         return np.asarray(np.sqrt(np.mean(sample**2, axis=axis)))
 
     interval = stats.bootstrap(
-        (residuals,),
-        root_mean_square,
-        n_resamples=2000,
-        method="percentile",
-        rng=np.random.default_rng(seed),
+        (residuals,), root_mean_square, n_resamples=2000, method="percentile", rng=np.random.default_rng(seed)
     ).confidence_interval
     return float(interval.low), float(interval.high)
 

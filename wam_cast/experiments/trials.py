@@ -153,9 +153,7 @@ def execute(
     `executor` and `n_workers` run the casts as for `run_rows`, and make no difference to what becomes of them.
     """
     rows: list[Record] = []
-    with closing(
-        run_rows(partial(_execute, scenario, trials), range(len(trials)), executor, n_workers)
-    ) as outcomes:
+    with closing(run_rows(partial(_execute, scenario, trials), range(len(trials)), executor, n_workers)) as outcomes:
         for trial, outcome in zip(trials, outcomes, strict=True):
             rows.append(trial_row(scenario, trial, outcome))
             report(len(rows))

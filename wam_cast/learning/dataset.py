@@ -243,6 +243,4 @@ def _check_workers(executor: Executor | Workers | None, n_workers: int | None) -
         return
     checked_integer("n_workers", n_workers, 1)
     if executor is not None:
-        raise InputError(
-            f"n_workers = {n_workers}: an executor brings its own workers; leave one of the two out"
-        )
+        raise InputError(f"n_workers = {n_workers}: an executor brings its own workers; leave one of the two out")

@@ -208,9 +208,7 @@ class ForwardModel:
         with one_thread():
             estimator.fit(stored.training_casts, stored.training_outputs)
             uncertainty = LandingUncertainty(estimator, stored.training_log_ratios, stored.uncertainty)
-        model = cls(
-            stored.scenario, estimator, uncertainty, stored.training_outputs, stored.reach, stored.info
-        )
+        model = cls(stored.scenario, estimator, uncertainty, stored.training_outputs, stored.reach, stored.info)
         try:
             return model if scenario is None else model.bound_to(scenario)
         except InputError as error:

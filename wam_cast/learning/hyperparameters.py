@@ -184,9 +184,7 @@ def tune_by_lbfgs(
     # path the same whatever their number.
     with one_thread():
         path = [(theta0, relative(theta0)[0])]
-        end = minimize(
-            relative, theta0, jac=True, method="L-BFGS-B", bounds=bounds, callback=record, options=options
-        )
+        end = minimize(relative, theta0, jac=True, method="L-BFGS-B", bounds=bounds, callback=record, options=options)
     free_gradient = end.x - np.clip(end.x - end.jac, *bounds.T)
     is_converged = bool(np.max(np.abs(free_gradient)) <= tolerance)
     return log_error.result([(theta, value + log_of_mean) for theta, value in path], is_converged)

@@ -112,18 +112,14 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
             If `K + λ I` is singular to working precision.
         """
         # A copy, so that the model does not change when its caller's array does.
-        X_fit, y_fit = validate_data(
-            self, X, y, dtype=np.float64, copy=True, multi_output=True, y_numeric=True
-        )
+        X_fit, y_fit = validate_data(self, X, y, dtype=np.float64, copy=True, multi_output=True, y_numeric=True)
         y_fit = np.asarray(y_fit, dtype=np.float64)
         sigma = checked_sigma(self.sigma, X_fit.shape[1])
         self.regularization_ = checked_regularization(self.regularization)
         self.input_offset_, input_range = input_scale(X_fit, self.input_bounds)
         self.length_scale_ = input_range * sigma
         self.center_targets_ = bool(self.center_targets)
-        self.target_mean_ = np.asarray(
-            y_fit.mean(axis=0) if self.center_targets_ else np.zeros(y_fit.shape[1:])
-        )
+        self.target_mean_ = np.asarray(y_fit.mean(axis=0) if self.center_targets_ else np.zeros(y_fit.shape[1:]))
         self.X_fit_: Array = X_fit
         Z_fit = self._scale(X_fit)
         self.cholesky_, _ = factorize(gaussian_kernel(Z_fit, Z_fit), self.regularization_)

@@ -82,9 +82,7 @@ class Loss(ABC):
         """
         checked_sigma(sigma, self.n_features)
         widths = np.asarray(sigma, dtype=np.float64)
-        residuals, slope, d_log_regularization = self._evaluate(
-            widths, checked_regularization(regularization)
-        )
+        residuals, slope, d_log_regularization = self._evaluate(widths, checked_regularization(regularization))
         by_input = 2.0 / len(residuals) * slope
         return SquaredError(
             mean_squared=_mean_squared(residuals),
@@ -250,9 +248,7 @@ def _kernel_slope(weights: Array, Z: Array, Z_fit: Array) -> Array:
     the width of the kernel, as for `gaussian_kernel`.
     """
     slope: Array = 2.0 * (
-        weights.sum(axis=1) @ Z**2
-        + weights.sum(axis=0) @ Z_fit**2
-        - 2.0 * np.einsum("ij,ij->j", Z, weights @ Z_fit)
+        weights.sum(axis=1) @ Z**2 + weights.sum(axis=0) @ Z_fit**2 - 2.0 * np.einsum("ij,ij->j", Z, weights @ Z_fit)
     )
     return slope
 

@@ -109,11 +109,7 @@ def write_model(path: str | Path, model: StoredModel) -> None:
         "uncertainty": asdict(model.uncertainty),
     }
     content = io.BytesIO()
-    np.savez_compressed(
-        content,
-        header=np.array(json.dumps(header)),
-        **{name: getattr(model, name) for name in ARRAYS},
-    )
+    np.savez_compressed(content, header=np.array(json.dumps(header)), **{name: getattr(model, name) for name in ARRAYS})
     write_file(path, content.getvalue())
 
 

@@ -55,9 +55,7 @@ class Parts:
     def open_test(self) -> Part:
         """Return the test casts. Raises `RuntimeError` from the second time on."""
         if self._sealed is None:
-            raise RuntimeError(
-                "the test casts were opened already: what is chosen after that is not measured by them"
-            )
+            raise RuntimeError("the test casts were opened already: what is chosen after that is not measured by them")
         test, self._sealed = self._sealed, None
         return test
 

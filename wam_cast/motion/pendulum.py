@@ -33,9 +33,7 @@ def swing_frequency(string: String, ball: Ball) -> float:
     return float(np.sqrt(eigh(stiffness, inertia, eigvals_only=True, subset_by_index=(0, 0))[0]))
 
 
-def hand_above(
-    p_WL: Array, v_WL: Array, a_WL: Array, jerk_WL: Array, frequency: float
-) -> tuple[Array, Array]:
+def hand_above(p_WL: Array, v_WL: Array, a_WL: Array, jerk_WL: Array, frequency: float) -> tuple[Array, Array]:
     """Return p_WE [m] and v_WE [m/s], each (3,), of the hand whose ball moves with the given position and its derivatives, (3,).
 
     Hand and ball are a flat system, whose flat output is the ball: a taut string pulls along a + g z, so the hand is

@@ -213,12 +213,7 @@ class _Slide:
     """The ball slides up a wall at radius `wall` [m] between two heights [m], the string between two slants [rad]."""
 
     def __init__(
-        self,
-        wall: float,
-        heights: tuple[float, float],
-        slants: tuple[float, float],
-        length: float,
-        duration: float,
+        self, wall: float, heights: tuple[float, float], slants: tuple[float, float], length: float, duration: float
     ) -> None:
         self._wall, self._length = wall, length
         self._height = QuinticSpline(0.0, duration, *heights)

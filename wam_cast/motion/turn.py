@@ -24,8 +24,8 @@ class Turn:
     duration
         Of the turn [s]: `motion.turn_duration` for one radian. It goes with the fourth root of a smaller angle, which
         keeps the fourth derivative of the ball's path, on which the shaping's acceleration depends, and with the square root of
-        a larger one, which keeps its acceleration. In whole control periods, so that a cast meets the controller's samples as it
-        would without a turn before it.
+        a larger one, which keeps its acceleration. An integer number of control periods, so that a cast meets the controller's
+        samples as it would without a turn before it.
     """
 
     def __init__(self, scenario: Scenario, start: float, end: float) -> None:

@@ -64,9 +64,7 @@ class Prediction:
         """Ask `model` about `cast` for a cup at world (x, y) [m]."""
         outputs = _outputs(model, cast.to_array())
         along, across = to_casting_plane(np.array(cup), cast.bearing)
-        return cls._from_outputs(
-            model, cast, cup, outputs, (outputs[ALONG] - along, outputs[ACROSS] - across)
-        )
+        return cls._from_outputs(model, cast, cup, outputs, (outputs[ALONG] - along, outputs[ACROSS] - across))
 
     @classmethod
     def aimed(cls, model: Predictor, parameters: Array, cup: Position) -> Prediction:

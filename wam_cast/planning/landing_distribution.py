@@ -133,8 +133,7 @@ def rim_clear_probability(
     tiny = np.finfo(np.float64).tiny
     # In standard deviations along: where these are small, the nodes must be where the landings are.
     low, high = (
-        min(max((end - offset[0]) / (std.along + tiny), -MAX_DEVIATIONS), MAX_DEVIATIONS)
-        for end in (-along, along)
+        min(max((end - offset[0]) / (std.along + tiny), -MAX_DEVIATIONS), MAX_DEVIATIONS) for end in (-along, along)
     )
     nodes, weights = np.polynomial.legendre.leggauss(N_QUADRATURE_NODES)
     deviations = (low + high) / 2 + (high - low) / 2 * nodes

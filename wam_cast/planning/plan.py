@@ -150,9 +150,7 @@ def _checked_name(method: Method | Planner, solver: Solver | None) -> str:
         )
     name = getattr(method, "__name__", type(method).__name__) if callable(method) else method
     if solver is not None and method != "program":
-        raise InputError(
-            f"solver {solver!r}: the planner {name!r} has none; leave it out, or plan by program"
-        )
+        raise InputError(f"solver {solver!r}: the planner {name!r} has none; leave it out, or plan by program")
     if solver not in (None, *SOLVERS):
         raise InputError(f"solver {solver!r} is not known: choose {', '.join(SOLVERS)}")
     return name

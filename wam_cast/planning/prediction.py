@@ -19,9 +19,7 @@ OUTPUTS = (
 """What is predicted of a cast: landing along and across the casting plane [m], entry angle [rad] and speed [m/s], slack of the
 string from the landing on [m], and the peak torque and velocity utilization over the joints."""
 
-ALONG, ACROSS, ENTRY_ANGLE, ENTRY_SPEED, SLACK, PEAK_TORQUE_UTILIZATION, PEAK_VELOCITY_UTILIZATION = range(
-    len(OUTPUTS)
-)
+ALONG, ACROSS, ENTRY_ANGLE, ENTRY_SPEED, SLACK, PEAK_TORQUE_UTILIZATION, PEAK_VELOCITY_UTILIZATION = range(len(OUTPUTS))
 """The columns of a prediction."""
 
 

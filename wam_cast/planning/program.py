@@ -20,12 +20,7 @@ from scipy.special import expit
 
 from wam_cast.cast import PARAMETERS, cast_bounds, nearest_allowed
 from wam_cast.errors import InputError
-from wam_cast.planning.landing_distribution import (
-    MIN_ENTRY_COSINE,
-    N_SCATTER_CASTS,
-    repeatability,
-    scatter_of_move,
-)
+from wam_cast.planning.landing_distribution import MIN_ENTRY_COSINE, N_SCATTER_CASTS, repeatability, scatter_of_move
 from wam_cast.planning.prediction import (
     ALONG,
     ENTRY_ANGLE,
@@ -93,10 +88,7 @@ _SOLVERS: dict[Solver, tuple[_SolverClass, dict[str, float]]] = {
         {"Major iterations limit": MAX_ITERATIONS, "Major optimality tolerance": OPTIMALITY_TOLERANCE},
     ),
     # Left to its own tolerance, IPOPT goes on long after it has found the optimum.
-    "ipopt": (
-        IpoptSolver,
-        {"max_iter": MAX_ITERATIONS, "tol": OPTIMALITY_TOLERANCE, "constr_viol_tol": 1e-6},
-    ),
+    "ipopt": (IpoptSolver, {"max_iter": MAX_ITERATIONS, "tol": OPTIMALITY_TOLERANCE, "constr_viol_tol": 1e-6}),
     "nlopt": (
         NloptSolver,
         {"max_eval": 2 * MAX_ITERATIONS, "constraint_tol": 1e-6, "xtol_rel": 1e-5, "xtol_abs": 1e-5},
@@ -200,9 +192,7 @@ def build_program(model: Predictor, radius: float, *, without: tuple[Term, ...] 
         If the radius is not a finite number.
     """
     if not math.isfinite(radius):
-        raise InputError(
-            f"radius = {radius} must be a finite number: the cup's distance from the base axis in metres"
-        )
+        raise InputError(f"radius = {radius} must be a finite number: the cup's distance from the base axis in metres")
     terms = frozenset(TERMS) - frozenset(without)
     scenario, evaluator = model.scenario, Evaluator(model, terms)
     program = MathematicalProgram()
@@ -236,9 +226,7 @@ def build_program(model: Predictor, radius: float, *, without: tuple[Term, ...] 
     return CastProgram(program, decision, evaluator)
 
 
-def _evaluate(
-    function: Callable[[Array], tuple[Array, Array]], scaled: NDArray[Any], rows: slice
-) -> NDArray[Any]:
+def _evaluate(function: Callable[[Array], tuple[Array, Array]], scaled: NDArray[Any], rows: slice) -> NDArray[Any]:
     """Return some rows of a function's value as Drake asks for it: of floats, or with derivatives by the chain rule."""
     if scaled.dtype == float:
         return function(scaled)[0][rows]

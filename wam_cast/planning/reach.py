@@ -64,8 +64,7 @@ class Reach:
             return from_polar(self._clip(distance), bearing)
         # From between the stops the way is to the nearer one of the two edges, at a right angle if it meets the edge there.
         edges = [
-            from_polar(self._clip(distance * math.cos(bearing - edge)), edge)
-            for edge in (self.lowest, self.highest)
+            from_polar(self._clip(distance * math.cos(bearing - edge)), edge) for edge in (self.lowest, self.highest)
         ]
         return min(edges, key=lambda position: math.dist(position, cup))
 

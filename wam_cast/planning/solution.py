@@ -72,9 +72,7 @@ def checked_solution(found: Solution | Array, scenario: Scenario, planner: str) 
         raise InputError(
             f"planner {planner!r} returned {given}: it must return [distance, speed, wait], an array of shape (3,), or a Solution"
         )
-    for name, value, lower, upper in zip(
-        PARAMETERS, parameters.tolist(), *cast_bounds(scenario), strict=True
-    ):
+    for name, value, lower, upper in zip(PARAMETERS, parameters.tolist(), *cast_bounds(scenario), strict=True):
         if not lower <= value <= upper:
             raise _not_allowed(planner, f"{name} = {value}", f"from {lower:g} to {upper:g}")
     if not is_allowed(scenario, parameters):

@@ -12,10 +12,7 @@ class BallTracker(LeafSystem):
     def __init__(self, plant: MultibodyPlant) -> None:
         super().__init__()
         self._ball = plant.GetBodyByName("ball").index()
-        poses, velocities = (
-            plant.get_body_poses_output_port(),
-            plant.get_body_spatial_velocities_output_port(),
-        )
+        poses, velocities = (plant.get_body_poses_output_port(), plant.get_body_spatial_velocities_output_port())
         self._poses = self.DeclareAbstractInputPort("body_poses", poses.Allocate())
         self._velocities = self.DeclareAbstractInputPort("body_spatial_velocities", velocities.Allocate())
         self.DeclareVectorOutputPort("position", 3, self._calc_position, {self._poses.ticket()})

@@ -53,7 +53,8 @@ class MeasuredArm:
     def __init__(self, plant: MultibodyPlant) -> None:
         self.plant = plant
         self.context: Context = plant.CreateDefaultContext()
-        self._hand = plant.GetFrameByName("tool_plate")
+        self._hand, self._world = plant.GetFrameByName("tool_plate"), plant.world_frame()
+        self._hand_body = self._hand.body()
         self.measure(np.zeros(2 * N_ARM))
 
     def measure(self, state: Array) -> None:
@@ -70,7 +71,8 @@ class MeasuredArm:
     @property
     def p_WE(self) -> Array:
         """The hand's position [m], (3,)."""
-        return np.asarray(self._hand.body().EvalPoseInWorld(self.context).translation())
+        p_WE: Array = self._hand_body.EvalPoseInWorld(self.context).translation()
+        return p_WE
 
     @property
     def v_WE(self) -> Array:
@@ -80,17 +82,16 @@ class MeasuredArm:
     @property
     def Jv_WE(self) -> Array:
         """The hand's translational Jacobian, (3, 7): v_WE = Jv_WE v."""
-        world = self.plant.world_frame()
-        return np.asarray(
-            self.plant.CalcJacobianTranslationalVelocity(
-                self.context, JacobianWrtVariable.kV, self._hand, _ORIGIN, world, world
-            )
+        Jv_WE: Array = self.plant.CalcJacobianTranslationalVelocity(
+            self.context, JacobianWrtVariable.kV, self._hand, _ORIGIN, self._world, self._world
         )
+        return Jv_WE
 
     @property
     def holding_torque(self) -> Array:
         """The torque that carries the arm's own weight [N m], (7,)."""
-        return np.asarray(-self.plant.CalcGravityGeneralizedForces(self.context))
+        torque: Array = -self.plant.CalcGravityGeneralizedForces(self.context)
+        return torque
 
 
 class Desired(NamedTuple):
@@ -143,14 +144,6 @@ class ArmController(LeafSystem):
             ),
             prerequisites_of_calc={cast},
         )
-        # An entry of its own, since port and torque both ask for it, and a turn's takes its time.
-        self._desired = self.DeclareCacheEntry(
-            description="desired hand",
-            value_producer=ValueProducer(
-                allocate=lambda: AbstractValue.Make(object()), calc=self._calc_desired
-            ),
-            prerequisites_of_calc={time, cast},
-        )
         self._arm = self.DeclareCacheEntry(
             description="measured arm",
             value_producer=ValueProducer(
@@ -193,15 +186,15 @@ class ArmController(LeafSystem):
         cast = self.get_cast(context)
         value.set_value(CastMotion(self.scenario, cast, start_bearing=start_bearing, cup_radius=cup_radius))
 
-    def _calc_desired(self, context: Context, value: AbstractValue) -> None:
+    def _desired(self, context: Context) -> Desired:
         time, motion = context.get_time(), self._motion.Eval(context)
-        value.set_value(Desired(*self.hand_desired(time, motion), time, motion))
+        return Desired(*self.hand_desired(time, motion), time, motion)
 
     def _calc_arm(self, context: Context, value: AbstractValue) -> None:
         value.get_value().measure(self._input.Eval(context))
 
     def _calc_actuation(self, context: Context, output: BasicVector) -> None:
-        torque = self.torque(self._arm.Eval(context), self._desired.Eval(context))
+        torque = self.torque(self._arm.Eval(context), self._desired(context))
         output.SetFromVector(saturate(torque, self.torque_limits))
 
     def _calc_hand(self, context: Context, output: BasicVector) -> None:
@@ -209,8 +202,7 @@ class ArmController(LeafSystem):
         output.SetFromVector(np.concatenate([arm.p_WE, arm.v_WE]))
 
     def _calc_hand_desired(self, context: Context, output: BasicVector) -> None:
-        desired: Desired = self._desired.Eval(context)
-        output.SetFromVector(np.concatenate([desired.p_WE, desired.v_WE]))
+        output.SetFromVector(np.concatenate(self._desired(context)[:2]))
 
     def _calc_stage(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector([self._motion.Eval(context).stage(context.get_time())])

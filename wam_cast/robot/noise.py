@@ -46,9 +46,7 @@ def executed_cast(noise: Noise, cast: Cast, noise_seed: int) -> Cast:
     deviates = random_stream(noise_seed, Source.MOVE).standard_normal(3)
     command = cast.to_array()
     executed = command + [noise.distance, noise.speed, noise.wait] * deviates
-    return Cast.from_array(
-        np.maximum(executed, [LOWEST_OF_COMMAND, LOWEST_OF_COMMAND, 0] * command), cast.bearing
-    )
+    return Cast.from_array(np.maximum(executed, [LOWEST_OF_COMMAND, LOWEST_OF_COMMAND, 0] * command), cast.bearing)
 
 
 def swing_at_start(scenario: Scenario, noise_seed: int) -> tuple[Array, Array]:

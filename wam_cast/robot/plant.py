@@ -128,9 +128,7 @@ def contact_material(cup: Cup) -> ProximityProperties:
     """Return the proximity properties that ball, cup and floor share."""
     properties = ProximityProperties()
     AddContactMaterial(
-        dissipation=hunt_crossley_dissipation(
-            cup.restitution
-        ),  # Drake takes the mean of two equally stiff bodies
+        dissipation=hunt_crossley_dissipation(cup.restitution),  # Drake takes the mean of two equally stiff bodies
         point_stiffness=2 * cup.stiffness,  # two equal bodies in contact act as springs in series
         friction=CoulombFriction(cup.friction, cup.friction),
         properties=properties,

@@ -24,14 +24,7 @@ from wam_cast.robot.ball_tracker import BallTracker
 from wam_cast.robot.controller import CastController
 from wam_cast.robot.encoders import Encoders, encoder_resolution
 from wam_cast.robot.noise import TorqueNoise, executed_cast, swing_at_start
-from wam_cast.robot.plant import (
-    HOOK,
-    N_ARM,
-    fill_plant,
-    hanging_positions,
-    make_arm_plant,
-    starting_posture,
-)
+from wam_cast.robot.plant import HOOK, N_ARM, fill_plant, hanging_positions, make_arm_plant, starting_posture
 from wam_cast.robot.station_state import StationState
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array, Position
@@ -54,14 +47,11 @@ class Log(NamedTuple):
         Positions and velocities of the plant, shape (n, n_x).
     torques
         Of the motors [N m], shape (n, 7): what was held up to each time.
-    hand_desired
-        What the controller wants the hand to do: p_WE [m] and v_WE [m/s], shape (n, 6); nan if it does not say.
     """
 
     times: Array
     states: Array
     torques: Array
-    hand_desired: Array
 
     def part(self, samples: slice | NDArray[np.bool_]) -> Log:
         """Return some of the samples."""
@@ -77,8 +67,8 @@ class CastStation:
 
     Exported output ports: `state` (all positions and velocities), `arm_state` (q and v of the arm, 14), `ball_position` and
     `ball_velocity` (p_WL, v_WL), `torque` (the motors', held between samples, 7), and of the controller's, if it has them, `hand`
-    and `hand_desired` (p_WE and v_WE, 6; `hand` as the controller measures it) and `stage` (1). Logs of `state`, `torque` and
-    `hand_desired`, a sample per control period, are what outcomes are made from.
+    and `hand_desired` (p_WE and v_WE, 6; `hand` as the controller measures it) and `stage` (1). Logs of `state` and `torque`, a
+    sample per control period, are what outcomes are made from.
 
     Parameters
     ----------
@@ -124,9 +114,7 @@ class CastStation:
         self._arm_plant = make_arm_plant(scenario)
         self._q_start = starting_posture(self._arm_plant, scenario)
         self.controller: LeafSystem = builder.AddNamedSystem("controller", controller)
-        self.hold: ZeroOrderHold = builder.AddNamedSystem(
-            "hold", ZeroOrderHold(scenario.controller.period, N_ARM)
-        )
+        self.hold: ZeroOrderHold = builder.AddNamedSystem("hold", ZeroOrderHold(scenario.controller.period, N_ARM))
         self.ball_tracker: BallTracker = builder.AddNamedSystem("ball_tracker", BallTracker(self.plant))
         self._connect(builder)
         self._export(builder)
@@ -145,12 +133,8 @@ class CastStation:
             self.scene_graph = builder.AddNamedSystem("scene_graph", SceneGraph())
             self.plant.RegisterAsSourceForSceneGraph(self.scene_graph)
             source = self.plant.get_source_id()
-            builder.Connect(
-                self.plant.get_geometry_pose_output_port(), self.scene_graph.get_source_pose_port(source)
-            )
-            builder.Connect(
-                self.scene_graph.get_query_output_port(), self.plant.get_geometry_query_input_port()
-            )
+            builder.Connect(self.plant.get_geometry_pose_output_port(), self.scene_graph.get_source_pose_port(source))
+            builder.Connect(self.scene_graph.get_query_output_port(), self.plant.get_geometry_query_input_port())
         fill_plant(self.plant, self.scenario)
 
     def _connect(self, builder: DiagramBuilder) -> None:
@@ -211,12 +195,8 @@ class CastStation:
 
     def _add_logs(self, builder: DiagramBuilder) -> None:
         ports = {"state": self.plant.get_state_output_port(), "torque": self.hold.get_output_port()}
-        if self.controller.HasOutputPort("hand_desired"):
-            ports["hand_desired"] = self.controller.GetOutputPort("hand_desired")
         period = self.scenario.controller.period
-        self._logs = {
-            name: LogVectorOutput(port, builder, publish_period=period) for name, port in ports.items()
-        }
+        self._logs = {name: LogVectorOutput(port, builder, publish_period=period) for name, port in ports.items()}
         for name, log in self._logs.items():
             log.set_name(f"{name}_log")
 
@@ -246,9 +226,7 @@ class CastStation:
         motion = self.executed_motion(cast, cup, noise_seed=noise_seed, start_bearing=start_bearing)
         self.begin(context, motion, cup, noise_seed=noise_seed)
 
-    def begin(
-        self, context: Context, motion: CastMotion, cup: Position | None = None, *, noise_seed: int = 0
-    ) -> None:
+    def begin(self, context: Context, motion: CastMotion, cup: Position | None = None, *, noise_seed: int = 0) -> None:
         """Put the diagram's `context` at the start of a `motion`, as `set_start` does for a cast.
 
         A controller whose `set_cast` takes the cast alone is told no more; it cannot start elsewhere than at home.
@@ -305,11 +283,19 @@ class CastStation:
 
     def logged(self, context: Context) -> Log:
         """Return the logs in `context`."""
-        logs = {name: log.FindLog(context) for name, log in self._logs.items()}
-        times = logs["state"].sample_times().copy()
-        values = {name: log.data().T.copy() for name, log in logs.items()}
-        desired = values.get("hand_desired", np.full((len(times), 6), np.nan))
-        return Log(times, values["state"], values["torque"], desired)
+        states, torques = (log.FindLog(context) for log in self._logs.values())
+        return Log(states.sample_times().copy(), states.data().T.copy(), torques.data().T.copy())
+
+    def desired_path(self, motion: CastMotion, times: Array) -> Array:
+        """Return p_WE [m], shape (n, 3), that the controller wants of the hand at `times` [s], shape (n,).
+
+        It says so by a method `hand_desired(time, motion)`, as an `ArmController` does; nan if it has none. Asked afterwards, it
+        costs the simulation nothing.
+        """
+        hand_desired = getattr(self.controller, "hand_desired", None)
+        if hand_desired is None:
+            return np.full((len(times), 3), np.nan)
+        return np.array([hand_desired(t, motion)[0] for t in times])
 
     def graph(self) -> str:
         """Return a drawing of the diagram in Graphviz's language: parts, ports and connections, without the logs' inside."""

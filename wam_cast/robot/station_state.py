@@ -34,9 +34,7 @@ class StationState:
         for system in systems:
             own = system.GetMyContextFromRoot(root)
             continuous = own.get_continuous_state_vector().CopyToVector()
-            discrete = [
-                own.get_discrete_state(i).value().copy() for i in range(own.num_discrete_state_groups())
-            ]
+            discrete = [own.get_discrete_state(i).value().copy() for i in range(own.num_discrete_state_groups())]
             abstract = [own.get_abstract_state(i).Clone() for i in range(own.num_abstract_states())]
             parts.append(PartState(continuous, discrete, abstract))
         return cls(root.get_time(), tuple(parts))

@@ -88,7 +88,7 @@ class ContactPhase:
         period, end = self._scenario.controller.period, free.motion.stage_ends[Stage.RETURN]
         has_diverged = False
         try:
-            # On to a whole control period: there the next cast's clock can start.
+            # On to an integer number of control periods: there the next cast's clock can start.
             advance(self._simulator, period * math.ceil(end / period - 1e-9))
         except DivergedError:
             has_diverged = True
@@ -101,9 +101,7 @@ class ContactPhase:
         self._station.set_state(context, free.hand_over)
         # A new integrator each time: it keeps the length of its last step, and outcomes must not depend on it.
         ResetIntegratorFromFlags(self._simulator, "runge_kutta3", self._scenario.simulation.max_step)
-        self._simulator.get_mutable_integrator().set_target_accuracy(
-            self._scenario.simulation.contact_accuracy
-        )
+        self._simulator.get_mutable_integrator().set_target_accuracy(self._scenario.simulation.contact_accuracy)
         self._simulator.Initialize()
 
     def _touches_cup(self) -> bool:

@@ -49,7 +49,7 @@ class ContactFree:
     above_until
         When the ball was last seen above the rim plane [s].
     hand_over
-        The state with which the phase with contact begins: where the ball came near the cup or the floor, else the last one.
+        The state with which the contact phase begins: where the ball came near the cup or the floor, else the last one.
     comes_near
         Whether it did.
     has_diverged
@@ -95,7 +95,7 @@ class ContactFreePhase:
     ) -> ContactFree:
         """Simulate `cast` until the ball has crossed the rim plane and, with a cup, is near something that it can touch.
 
-        There the phase with contact takes over. This one goes on all the same, until the ball is below the rim plane or the
+        There the contact phase takes over. This one goes on all the same, until the ball is below the rim plane or the
         string taut: the model learns where and how the ball comes down, and what the rim makes of it must not count.
         """
         motion = self._begin(cast, cup, noise_seed, start)
@@ -114,12 +114,10 @@ class ContactFreePhase:
                     above_until = n * period
                 is_far = cup is None
                 if cup is not None and hand_over is None:
-                    gap, per_period = (
-                        gap_to_contact(p_WL, cup, self._scenario),
-                        speed * period + TRAVEL_MARGIN,
-                    )
-                    is_far = gap > 2 * POLL_PERIODS * per_period
-                    if gap < CONTACT_POLL_PERIODS * per_period:
+                    gap = gap_to_contact(p_WL, cup, self._scenario)
+                    travel = speed * period + TRAVEL_MARGIN  # in a control period
+                    is_far = gap > 2 * POLL_PERIODS * travel
+                    if gap < CONTACT_POLL_PERIODS * travel:
                         hand_over = self._state()
                 n_poll = POLL_PERIODS if is_far and not is_low else CONTACT_POLL_PERIODS
                 if is_low and (cup is None or hand_over is not None) and self._is_down(p_WL):

@@ -6,16 +6,15 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from pydrake.multibody.plant import MultibodyPlant
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
 
 from wam_cast.casting_plane import to_casting_plane
-from wam_cast.motion.stages import Stage
+from wam_cast.motion.stages import CastMotion, Stage
 from wam_cast.robot.controller import torque_utilization
 from wam_cast.robot.plant import N_ARM
-from wam_cast.robot.station import Log
-from wam_cast.scenario import Cup, Scenario
+from wam_cast.robot.station import CastStation, Log
+from wam_cast.scenario import Cup
 from wam_cast.simulation.ball_and_cup import SLACK_MARGIN, is_inside, touches_rim
 from wam_cast.simulation.contact import Contact
 from wam_cast.simulation.contact_free import ContactFree
@@ -52,10 +51,11 @@ def log_of(free: ContactFree, contact: Contact | None) -> Log:
 
 
 class Judge:
-    """Turns the phases of a cast into its outcome; `plant` is that of the contact-free phase."""
+    """Turns the phases of a cast into its outcome; `station` is that of the contact-free phase."""
 
-    def __init__(self, scenario: Scenario, plant: MultibodyPlant) -> None:
-        self._scenario = scenario
+    def __init__(self, station: CastStation) -> None:
+        plant = station.plant
+        self._station, self._scenario = station, station.scenario
         self._kinematics = Kinematics(plant)
         self._n_q = plant.num_positions()
         self._speed_limits = plant.GetVelocityUpperLimits()[:N_ARM]
@@ -96,7 +96,7 @@ class Judge:
             miss=math.nan if free.cup is None else float(np.linalg.norm(landing - free.cup)),
             peak_torque_utilization=load,
             peak_velocity_utilization=speed,
-            peak_tracking_error=self._peak_tracking_error(log),
+            peak_tracking_error=self._peak_tracking_error(free.motion, log),
             limits_hit=limits_hit,
             end_time=float(log.times[-1]),
         )
@@ -139,15 +139,13 @@ class Judge:
         c, s = math.cos(free.motion.cast.bearing), math.sin(free.motion.cast.bearing)
         R_CW = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
         p_CL = (p_WL - [*free.cup, cup.rim_height]) @ R_CW.T
-        is_at_rest, is_carried = (
-            (False, False) if contact is None else (contact.is_at_rest, contact.is_carried)
-        )
+        is_at_rest, is_carried = (False, False) if contact is None else (contact.is_at_rest, contact.is_carried)
         return verdict(p_CL, is_at_rest, is_carried, cup, self._scenario.ball.radius)
 
-    def _peak_tracking_error(self, log: Log) -> float:
+    def _peak_tracking_error(self, motion: CastMotion, log: Log) -> float:
         """Return the hand's largest distance from the controller's reference [m]; nan if it has none."""
         _, _, p_WE = self._kinematics.evaluate(log.states[::TRACKING_SAMPLES])
-        p_WE_desired = log.hand_desired[::TRACKING_SAMPLES, :3]
+        p_WE_desired = self._station.desired_path(motion, log.times[::TRACKING_SAMPLES])
         return float(np.linalg.norm(p_WE - p_WE_desired, axis=1).max())
 
 

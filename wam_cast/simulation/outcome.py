@@ -67,7 +67,7 @@ class Outcome:
     peak_torque_utilization, peak_velocity_utilization
         Per joint, the peak utilization of the motors' torque and of the velocity limit, each of shape (7,).
     peak_tracking_error
-        The hand's largest distance from the controller's reference, its port `hand_desired` [m]; nan if it has no such port.
+        The hand's largest distance from what the controller says by `hand_desired` [m]; nan if it does not say.
     limits_hit
         Which limits the arm met, such as `("joint 4 speed",)`.
     end_time

@@ -39,7 +39,7 @@ class CastRecording:
         Of the motors [N m], shape (n, 7): what was held up to each time, and so none at the first.
     p_WL, v_WL, p_WE, p_WE_desired
         Ball, hand and the hand's reference in the world frame [m, m/s], each of shape (n, 3). The reference is what the
-        controller says at its port `hand_desired`; nan if it has none.
+        controller says by `hand_desired`; nan if it does not.
     stages
         `Stage` of each sample, shape (n,).
     """

@@ -50,9 +50,8 @@ class CastSimulator:
         self.scenario = scenario
         self._make_controller = make_controller
         self._contact_free = ContactFreePhase(scenario, make_controller(scenario))
-        plant = self._contact_free.station.plant
-        self._kinematics = Kinematics(plant)
-        self._judge = Judge(scenario, plant)
+        self._kinematics = Kinematics(self._contact_free.station.plant)
+        self._judge = Judge(self._contact_free.station)
 
     @cached_property
     def _contact(self) -> ContactPhase:
@@ -71,12 +70,7 @@ class CastSimulator:
         return self._simulate(cast, cup, noise_seed).outcome
 
     def record(
-        self,
-        cast: Cast,
-        cup: Position | None = None,
-        *,
-        noise_seed: int = 0,
-        returns: bool = True,
+        self, cast: Cast, cup: Position | None = None, *, noise_seed: int = 0, returns: bool = True
     ) -> CastRecording:
         """Simulate `cast` as `simulate` does, then on to the end of the return, and keep all of it.
 
@@ -88,11 +82,7 @@ class CastSimulator:
         return self._recording(simulated)
 
     def simulate_sequence(
-        self,
-        throws: Sequence[Throw],
-        *,
-        noise_seed: int = 0,
-        on_outcome: Callable[[Outcome], None] | None = None,
+        self, throws: Sequence[Throw], *, noise_seed: int = 0, on_outcome: Callable[[Outcome], None] | None = None
     ) -> list[Outcome]:
         """Simulate `throws` after each other without a reset, up to the last one's outcome.
 
@@ -112,11 +102,7 @@ class CastSimulator:
         return outcomes
 
     def record_sequence(
-        self,
-        throws: Sequence[Throw],
-        *,
-        noise_seed: int = 0,
-        on_outcome: Callable[[Outcome], None] | None = None,
+        self, throws: Sequence[Throw], *, noise_seed: int = 0, on_outcome: Callable[[Outcome], None] | None = None
     ) -> list[CastRecording]:
         """Simulate `throws` as `simulate_sequence` does, on to the end of the last return, and keep all of it.
 
@@ -129,9 +115,7 @@ class CastSimulator:
                 on_outcome(simulated.outcome)
         return recordings
 
-    def _sequence(
-        self, throws: Sequence[Throw], noise_seed: int, *, returns_at_end: bool
-    ) -> Iterator[Simulated]:
+    def _sequence(self, throws: Sequence[Throw], noise_seed: int, *, returns_at_end: bool) -> Iterator[Simulated]:
         noise_seed = checked_integer("noise_seed", noise_seed, 0)
         for throw in throws:  # before anything is simulated
             checked_cup(throw.cup)
@@ -147,9 +131,7 @@ class CastSimulator:
                     start = Start(contact.end, throw.cast.bearing)
             yield simulated
 
-    def _simulate(
-        self, cast: Cast, cup: Position | None, noise_seed: int, start: Start | None = None
-    ) -> Simulated:
+    def _simulate(self, cast: Cast, cup: Position | None, noise_seed: int, start: Start | None = None) -> Simulated:
         cup = None if cup is None else checked_cup(cup)
         free = self._contact_free.run(cast, cup, checked_integer("noise_seed", noise_seed, 0), start)
         contact = self._contact.settle(free) if free.comes_near and not free.has_diverged else None
@@ -180,7 +162,7 @@ class CastSimulator:
             p_WL=p_WL,
             v_WL=v_WL,
             p_WE=p_WE,
-            p_WE_desired=log.hand_desired[:, :3],
+            p_WE_desired=self._contact_free.station.desired_path(motion, log.times),
             stages=np.array([motion.stage(t) for t in log.times]),
         )
 
@@ -194,9 +176,7 @@ def _shared_simulator(scenario: Scenario) -> CastSimulator:
 _one_at_a_time = threading.RLock()  # whoever is told of an outcome may simulate something else
 
 
-def simulate_cast(
-    scenario: Scenario, cast: Cast, cup: Position | None = None, *, noise_seed: int = 0
-) -> Outcome:
+def simulate_cast(scenario: Scenario, cast: Cast, cup: Position | None = None, *, noise_seed: int = 0) -> Outcome:
     """Simulate one cast, in a simulator that is kept for the next ones.
 
     Threads take turns, since Drake's Python systems are not made for several at once; use processes to go faster.

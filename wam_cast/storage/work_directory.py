@@ -40,9 +40,7 @@ class WorkDirectory:
         try:
             self._lock.acquire()
         except Timeout:
-            raise InputError(
-                f"{self.path}: another run is at work there; wait for its end, or {ELSEWHERE}"
-            ) from None
+            raise InputError(f"{self.path}: another run is at work there; wait for its end, or {ELSEWHERE}") from None
         return self
 
     def __exit__(self, *_: object) -> None:

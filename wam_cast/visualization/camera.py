@@ -56,11 +56,7 @@ class Camera:
 
     @classmethod
     def framing(
-        cls,
-        p_WQ: Array,
-        R_WV: Array,
-        size: tuple[int, int] = (480, 640),
-        field_of_view: float = math.radians(28),
+        cls, p_WQ: Array, R_WV: Array, size: tuple[int, int] = (480, 640), field_of_view: float = math.radians(28)
     ) -> Self:
         """Return the nearest camera with axes `R_WV` that has all points `p_WQ` [m], shape (n, 3), in its picture.
 

@@ -34,9 +34,7 @@ def write_graph(station: CastStation, path: str | Path) -> None:
         write_file(path, text.encode())
         return
     try:
-        drawn = subprocess.run(
-            ["dot", f"-T{drawing_format}"], input=text.encode(), capture_output=True, check=True
-        )
+        drawn = subprocess.run(["dot", f"-T{drawing_format}"], input=text.encode(), capture_output=True, check=True)
     except (OSError, subprocess.CalledProcessError):
         raise InputError(
             f"cannot write {path}: it needs a working `dot`; install Graphviz, or choose a file that ends in .dot"

@@ -19,13 +19,7 @@ from wam_cast.simulation.recording import CastRecording
 from wam_cast.storage.atomic import write_file
 from wam_cast.visualization.film_strip import draw_frame, render_frames
 from wam_cast.visualization.picture_files import picture_format
-from wam_cast.visualization.recorded import (
-    finite_part,
-    frame_moments,
-    stage_before,
-    without_aftermath,
-    without_turn,
-)
+from wam_cast.visualization.recorded import finite_part, frame_moments, stage_before, without_aftermath, without_turn
 from wam_cast.visualization.style import INK, PAPER, STAGE_COLORS, stage_name, status_name
 
 Picture = NDArray[np.uint8]
@@ -121,9 +115,7 @@ def _draw_title(figure: Figure, recording: CastRecording, sample: int, *, is_las
 def _gif(frames: Sequence[Picture]) -> bytes:
     """Return `frames` as a GIF that plays over and over, all in one palette."""
     palette = _palette(np.vstack([frames[0], frames[len(frames) // 2], frames[-1]]))
-    first, *rest = (
-        Image.fromarray(frame).quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames
-    )
+    first, *rest = (Image.fromarray(frame).quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames)
     durations = [round(1000 / FRAME_RATE)] * len(rest) + [round(1000 * REST_AT_END)]
     content = io.BytesIO()
     first.save(content, "GIF", save_all=True, append_images=rest, duration=durations, loop=0, optimize=False)

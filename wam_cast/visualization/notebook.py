@@ -103,7 +103,5 @@ def open_viewer() -> Meshcat | None:
     except RuntimeError:
         print("No port could be opened for Meshcat: the pictures here show the same, without motion.")
         return None
-    print(
-        f"Meshcat is at {meshcat.web_url()} on the kernel's machine; from another one, forward the port first."
-    )
+    print(f"Meshcat is at {meshcat.web_url()} on the kernel's machine; from another one, forward the port first.")
     return meshcat

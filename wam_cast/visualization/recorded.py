@@ -85,9 +85,7 @@ def stage_pieces(stages: NDArray[np.int_]) -> list[tuple[Stage, slice]]:
     """Return the runs of equal values in `stages`, shape (n,), in order; each ends with the first sample of the next one."""
     starts = [0, *(np.flatnonzero(np.diff(stages)) + 1)]
     ends = [*(start + 1 for start in starts[1:]), len(stages)]
-    return [
-        (Stage(stages[start]), slice(int(start), int(end))) for start, end in zip(starts, ends, strict=True)
-    ]
+    return [(Stage(stages[start]), slice(int(start), int(end))) for start, end in zip(starts, ends, strict=True)]
 
 
 def points_to_show(recording: CastRecording) -> Array:

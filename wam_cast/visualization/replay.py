@@ -24,13 +24,7 @@ from wam_cast.simulation.recording import CastRecording
 from wam_cast.storage.atomic import write_file
 from wam_cast.types import Array
 from wam_cast.visualization.camera import MARGIN, Camera
-from wam_cast.visualization.recorded import (
-    describe_all,
-    finite_part,
-    frame_moments,
-    points_to_show,
-    stage_pieces,
-)
+from wam_cast.visualization.recorded import describe_all, finite_part, frame_moments, points_to_show, stage_pieces
 from wam_cast.visualization.scene import CastScene
 from wam_cast.visualization.style import INK, PAPER, STAGE_COLORS, stage_name
 from wam_cast.visualization.viewer import (
@@ -75,8 +69,7 @@ def write_replay(
 
 
 def replay_page(
-    recordings: CastRecording | Sequence[CastRecording],
-    predicted_landings: Sequence[Array | None] | None = None,
+    recordings: CastRecording | Sequence[CastRecording], predicted_landings: Sequence[Array | None] | None = None
 ) -> str:
     """Return a web page that replays recorded casts in real time, over and over, and lets its reader look around.
 

@@ -65,9 +65,7 @@ def _renderer(bearing: float) -> RenderEngine:
         for p, intensity in (([-2.5, -3.0, 1.2], 0.45), ([2.0, -1.5, 2.6], 0.45), ([0.3, -0.5, 3.5], 0.3))
     ]
     shadows: Any = {"cast_shadows": True, "shadow_map_size": 2048}
-    return MakeRenderEngineVtk(
-        RenderEngineVtkParams(default_clear_color=PAPER, lights=[key, *fills], **shadows)
-    )
+    return MakeRenderEngineVtk(RenderEngineVtkParams(default_clear_color=PAPER, lights=[key, *fills], **shadows))
 
 
 class CastScene:
@@ -179,9 +177,7 @@ class CastScene:
     def string(self) -> Array:
         """Return points along the string in the world [m], from the hand to the ball, shape (n_links + 1, 3)."""
         links = self.plant.GetBodyIndices(self.plant.GetModelInstanceByName("string"))
-        return np.array(
-            [*(self.position(self.plant.get_body(link).name()) for link in links), self.position("ball")]
-        )
+        return np.array([*(self.position(self.plant.get_body(link).name()) for link in links), self.position("ball")])
 
     def publish(self) -> None:
         """Show the scene as it is, in the Meshcat that it was made with."""

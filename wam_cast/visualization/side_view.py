@@ -110,9 +110,7 @@ def _draw_landings(axes: Axes, recording: CastRecording, predicted_landing: Arra
 
 def _legend_handles(recording: CastRecording, has_prediction: bool) -> list[Line2D]:
     stages = dict.fromkeys(stage for stage, _ in stage_pieces(recording.stages))
-    looks: dict[str, Any] = {
-        stage_name(stage): {"color": STAGE_COLORS[stage], "linewidth": 4} for stage in stages
-    }
+    looks: dict[str, Any] = {stage_name(stage): {"color": STAGE_COLORS[stage], "linewidth": 4} for stage in stages}
     looks |= {"ball": {"linewidth": BALL_WIDTH}, "hand": {"linewidth": HAND_WIDTH}}
     looks |= {"hand, desired": DESIRED_LINE, "rim plane": RIM_PLANE_LINE}
     if np.isfinite(recording.outcome.landing_along):

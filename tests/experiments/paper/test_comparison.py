@@ -43,10 +43,7 @@ def test_rows_are_errors_on_the_test_casts(found, parts, casts):
     measured = casts.frame["landing_along"].to_numpy()[80:]
     assert found.test_measured.tolist() == measured.tolist()
     train, test = parts.train, parts.open_test()
-    for name, predicted in (
-        ("constant", train.landing.mean()),
-        ("nearest_neighbour", nearest(train, test.X)),
-    ):
+    for name, predicted in (("constant", train.landing.mean()), ("nearest_neighbour", nearest(train, test.X))):
         row, errors = found.row(name), np.sort(np.abs(predicted - measured))
         assert row["rmse"] == pytest.approx(np.sqrt(np.mean(errors**2)), rel=1e-12)
         assert (row["median"], row["max"]) == pytest.approx((errors[2], errors[4]), rel=1e-12)
@@ -56,9 +53,7 @@ def test_rows_are_errors_on_the_test_casts(found, parts, casts):
 
 def test_rows_know_the_validation_error_too(found, parts):
     residuals = parts.train.landing.mean() - parts.validation.landing
-    assert found.row("constant")["validation_rmse"] == pytest.approx(
-        np.sqrt(np.mean(residuals**2)), rel=1e-12
-    )
+    assert found.row("constant")["validation_rmse"] == pytest.approx(np.sqrt(np.mean(residuals**2)), rel=1e-12)
 
 
 def test_test_landings_are_predicted_by_the_model_of_all_sigmas(found, parts, ard):
@@ -79,8 +74,7 @@ def test_held_out_residuals_are_prediction_minus_what_was_measured(finished, fou
     chosen, (train, validation) = finished[0].selection.per_parameter, (parts.train, parts.validation)
     held_out = found.held_out
     np.testing.assert_array_equal(
-        np.column_stack([held_out.distance, held_out.speed, held_out.wait]),
-        np.vstack([train.X, validation.X]),
+        np.column_stack([held_out.distance, held_out.speed, held_out.wait]), np.vstack([train.X, validation.X])
     )
     for row in range(0, len(train.X), 8):
         others = np.arange(len(train.X)) != row

@@ -38,15 +38,10 @@ def test_bands_are_over_subsets_of_each_size_measured_on_the_validation_casts(no
     found = learn_with_fewer_casts(wc.Scenario(), parts, 3, 4, Workers(), lambda *_: None)
     assert (found.n_train, found.n_repeats) == ((10, 40, 65), 4)
     y = parts.train.landing
-    orders = [
-        np.random.default_rng(derived_seed(3, Purpose.SUBSETS, repeat)).permutation(65) for repeat in range(4)
-    ]
+    orders = [np.random.default_rng(derived_seed(3, Purpose.SUBSETS, repeat)).permutation(65) for repeat in range(4)]
     errors = np.array(
         [
-            [
-                np.sqrt(np.mean((y[order[:size]].mean() - parts.validation.landing) ** 2))
-                for size in found.n_train
-            ]
+            [np.sqrt(np.mean((y[order[:size]].mean() - parts.validation.landing) ** 2)) for size in found.n_train]
             for order in orders
         ]
     )
@@ -86,6 +81,4 @@ def test_what_tunes_itself_is_an_estimator(parts, n_sigmas):
     np.testing.assert_array_equal(model.fit(X, y).predict(parts.validation.X), first)
     np.testing.assert_array_equal(clone(model).fit(X, y).predict(parts.validation.X), first)
     # The second fit of another set knows nothing of the first.
-    np.testing.assert_array_equal(
-        model.fit(X[:20], y[:20]).predict(X), clone(original).fit(X[:20], y[:20]).predict(X)
-    )
+    np.testing.assert_array_equal(model.fit(X[:20], y[:20]).predict(X), clone(original).fit(X[:20], y[:20]).predict(X))

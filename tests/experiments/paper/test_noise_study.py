@@ -40,9 +40,7 @@ def test_models_are_measured_with_noise_and_without(study, casts, noisy_casts):
     test, validation = noisy.open_test(), clean.validation
     for model, train in zip(study.models.itertuples(), (noisy.train, noisy.train, clean.train), strict=True):
         refit = KernelRidge(
-            sigma=np.array(model.sigma),
-            regularization=model.regularization,
-            input_bounds=cast_bounds(wc.Scenario()),
+            sigma=np.array(model.sigma), regularization=model.regularization, input_bounds=cast_bounds(wc.Scenario())
         ).fit(train.X, train.landing)
         for part, rmse in ((test, model.test_rmse), (validation, model.noise_free_rmse)):
             residuals = refit.predict(part.X) - part.landing

@@ -9,13 +9,7 @@ from html.parser import HTMLParser
 import pandas as pd
 import pytest
 
-from wam_cast.experiments.paper.report import (
-    FAILURES,
-    render_html,
-    render_markdown,
-    worst_casts,
-    write_report,
-)
+from wam_cast.experiments.paper.report import FAILURES, render_html, render_markdown, worst_casts, write_report
 from wam_cast.experiments.paper.report_figures import CAPTIONS, draw_figures
 from wam_cast.parallel.workers import Workers
 from wam_cast.scenario import Scenario
@@ -195,10 +189,7 @@ def test_the_papers_polynomial_is_judged_by_the_numbers_beside_it(write, mean, c
 @pytest.mark.parametrize(
     ("errors", "words"),
     [
-        (
-            [0.003, 0.002, 0.0017, 0.005, 0.019],
-            "explain some of its 2.24 cm: ours errs by 1.90 cm with a lambda of 1.",
-        ),
+        ([0.003, 0.002, 0.0017, 0.005, 0.019], "explain some of its 2.24 cm: ours errs by 1.90 cm with a lambda of 1."),
         ([0.003, 0.002, 0.0017, 0.005, 0.03], "explain all of its 2.24 cm"),
         ([0.003, 0.002, 0.0017, 0.002, 0.0021], None),
         ([None, 0.002, 0.0017, 0.002, None], None),
@@ -218,10 +209,7 @@ def test_the_worst_casts_are_called_fast_if_they_are(write, n_fast):
         held_out["speed"] = [0.8] * n_fast + [0.4] * (80 - n_fast)
 
     markdown = write(change)
-    assert (
-        f"Of these {25 * n_fast} % are faster than 0.7 m/s, of all casts {100 * n_fast / 80:.0f} %"
-        in markdown
-    )
+    assert f"Of these {25 * n_fast} % are faster than 0.7 m/s, of all casts {100 * n_fast / 80:.0f} %" in markdown
     assert ("errs most where the hand is fast" in markdown) is (n_fast == 4)
 
 
@@ -254,8 +242,7 @@ def test_the_learning_curves_say_who_errs_least_and_who_is_alike(write):
 
 
 @pytest.mark.parametrize(
-    ("off", "words"),
-    [(0.1, "10.0 % of the casts more"), (-0.1, "10.0 % of the casts fewer"), (0.01, "1.0 %")],
+    ("off", "words"), [(0.1, "10.0 % of the casts more"), (-0.1, "10.0 % of the casts fewer"), (0.01, "1.0 %")]
 )
 def test_intervals_are_too_wide_or_too_narrow_by_their_coverage(write, off, words):
     def change(content):

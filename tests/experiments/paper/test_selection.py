@@ -39,9 +39,7 @@ def test_other_sigmas_are_in_units_of_the_bounds(finished, parts):
         expected = validation_rmse(parts, sigma, found.isotropic.regularization, UPPER - LOWER)
         assert found.sigma_curve["validation_rmse"][i] == pytest.approx(expected, rel=1e-3)
     for i in (6, 12, 18):
-        expected = validation_rmse(
-            parts, found.isotropic.sigma[0], found.regularization_curve["x"][i], UPPER - LOWER
-        )
+        expected = validation_rmse(parts, found.isotropic.sigma[0], found.regularization_curve["x"][i], UPPER - LOWER)
         assert found.regularization_curve["validation_rmse"][i] == pytest.approx(expected, rel=1e-3)
 
 

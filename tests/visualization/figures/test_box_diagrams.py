@@ -65,16 +65,7 @@ def test_every_arrow_leads_from_one_box_to_another():
     ways = [(on_edge(corners[0]), on_edge(corners[-1])) for corners in ARROWS]
     assert all(len(start) == len(end) == 1 for start, end in ways), ways
     ways = {(start[0], end[0]) for start, end in ways}
-    chain = [
-        "scenario",
-        "random casts",
-        "simulation",
-        "dataset",
-        "model selection",
-        "forward model",
-        "planner",
-        "plan",
-    ]
+    chain = ["scenario", "random casts", "simulation", "dataset", "model selection", "forward model", "planner", "plan"]
     chain += ["execution", "outcome"]
     assert set(pairwise(chain)) <= ways
     assert {("cup position", "planner"), ("cup position", "execution"), ("dataset", "forward model")} <= ways

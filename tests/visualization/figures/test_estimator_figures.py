@@ -20,10 +20,7 @@ RMSE_OF_SIGMA = np.array([0.02, 0.002, np.nan])
 
 def test_curves_path_and_marks_are_where_they_belong(axes, line_of, legend_of):
     curves = {"validation": RMSE_OF_SIGMA, "leave-one-out": 2 * RMSE_OF_SIGMA}
-    descents = [
-        (np.array([0.5, 0.8]), np.array([0.01, 0.003])),
-        (np.array([3.0, 0.9]), np.array([0.02, 0.004])),
-    ]
+    descents = [(np.array([0.5, 0.8]), np.array([0.01, 0.003])), (np.array([3.0, 0.9]), np.array([0.02, 0.004]))]
     chosen = {"leave-one-out": 0.8, "validation": 0.35}
     draw_error_curve(axes, SIGMA, curves, xlabel="σ [1]", descents=descents, chosen=chosen)
     marks = ["chosen by leave-one-out: 0.8", "chosen by validation: 0.35"]
@@ -45,9 +42,7 @@ def test_marks_are_left_out_unless_given(axes, legend_of):
     assert legend_of(axes) == ["validation"]
 
 
-def test_one_descent_is_called_so_and_the_legend_hides_nothing(
-    axes, line_of, legend_of, assert_hides_nothing
-):
+def test_one_descent_is_called_so_and_the_legend_hides_nothing(axes, line_of, legend_of, assert_hides_nothing):
     draw_error_curve(
         axes,
         SIGMA,
@@ -77,9 +72,7 @@ N = np.array([25.0, 100.0, 1300.0])
 MEDIAN = np.array([np.nan, 0.02, 0.002])
 
 
-def test_medians_ranges_and_the_papers_value_are_in_centimetres(
-    axes, line_of, legend_of, assert_hides_nothing
-):
+def test_medians_ranges_and_the_papers_value_are_in_centimetres(axes, line_of, legend_of, assert_hides_nothing):
     curves = {
         "kernel ridge": LearningCurve(MEDIAN, MEDIAN / 2, MEDIAN * 2),
         "Gaussian process": LearningCurve(*[MEDIAN] * 3),

@@ -89,9 +89,7 @@ def test_axes_take_the_room_that_they_have(performance):
 # --- noise
 
 
-def test_deviations_are_in_millimetres_beside_the_room_in_the_cup(
-    axes, line_of, legend_of, assert_hides_nothing
-):
+def test_deviations_are_in_millimetres_beside_the_room_in_the_cup(axes, line_of, legend_of, assert_hides_nothing):
     along, across = np.array([0.003, 0.0, np.nan]), np.array([-0.004, 0.001, np.nan])
     draw_landing_scatter(axes, along, across, clear_radius=0.01)
     np.testing.assert_allclose(line_of(axes, "casts"), [[3, -4], [0, 1], [np.nan, np.nan]], atol=1e-9)
@@ -143,9 +141,7 @@ def test_the_region_is_where_the_swept_ellipse_fits_into_the_cup(entry):
     region = patch_of(entry, Polygon, "landings that clear the rim")
     around = np.linspace(0, 2 * math.pi, 400)
     ellipse = 1e3 * np.column_stack([SWEPT[0] * np.cos(around), SWEPT[1] * np.sin(around)])
-    offsets = np.stack(np.meshgrid(np.linspace(-11, 11, 45), np.linspace(-11, 11, 45)), axis=-1).reshape(
-        -1, 2
-    )
+    offsets = np.stack(np.meshgrid(np.linspace(-11, 11, 45), np.linspace(-11, 11, 45)), axis=-1).reshape(-1, 2)
     farthest = np.linalg.norm(offsets[:, None] + ellipse, axis=2).max(axis=1)
     clearly = np.abs(farthest - 30) > 0.1  # not on the verge
     inside = region.get_path().contains_points(offsets)
@@ -154,13 +150,7 @@ def test_the_region_is_where_the_swept_ellipse_fits_into_the_cup(entry):
 
 
 def test_it_reads_well(entry, legend_of, assert_reads_well, assert_apart, assert_hides_nothing):
-    names = [
-        "landings that clear the rim",
-        "cup's rim",
-        "swept by the ball",
-        "2 standard deviations",
-        "executed",
-    ]
+    names = ["landings that clear the rim", "cup's rim", "swept by the ball", "2 standard deviations", "executed"]
     assert legend_of(entry) == names
     assert_reads_well(entry.figure)
     assert_apart(entry.figure)

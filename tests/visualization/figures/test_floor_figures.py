@@ -26,14 +26,7 @@ def top_view():
     with figure_style():
         figure = Figure(figsize=(4.2, 4.6))
         axes = figure.subplots()
-        draw_floor(
-            axes,
-            RADII,
-            PROBABILITY,
-            bearings=BEARINGS,
-            cups=CUPS,
-            share_caught=np.array([1.0, 1.0, 0.5, 0.0]),
-        )
+        draw_floor(axes, RADII, PROBABILITY, bearings=BEARINGS, cups=CUPS, share_caught=np.array([1.0, 1.0, 0.5, 0.0]))
         yield axes
 
 
@@ -124,9 +117,7 @@ def test_tiny_offsets_are_not_blown_up(axes):
 def test_chances_and_rates_are_in_percent_with_their_intervals(axes, line_of, legend_of, assert_reads_well):
     rate = np.array([1.0, 0.5, 0.0])
     draw_chances(axes, RADII, PROBABILITY, rate, np.array([0.7, 0.2, 0.0]), np.array([1.0, 0.8, 0.3]))
-    np.testing.assert_allclose(
-        line_of(axes, "rim-clear entry, predicted"), np.column_stack([RADII, [90, 50, 10]])
-    )
+    np.testing.assert_allclose(line_of(axes, "rim-clear entry, predicted"), np.column_stack([RADII, [90, 50, 10]]))
     (container,) = axes.containers
     np.testing.assert_allclose(container[0].get_xydata(), np.column_stack([RADII, [100, 50, 0]]))
     (bars,) = container[2]

@@ -68,9 +68,7 @@ def performance(predicted, executed, statuses, **settings):
 
 def residual_map(residuals):
     axis_labels = {"xlabel": "distance [m]", "ylabel": "speed [m/s]"}
-    return Case(
-        draw_residual_map, (np.arange(len(residuals)), np.arange(len(residuals)), residuals), axis_labels
-    )
+    return Case(draw_residual_map, (np.arange(len(residuals)), np.arange(len(residuals)), residuals), axis_labels)
 
 
 def landing_map(is_allowed, landing=LANDING):

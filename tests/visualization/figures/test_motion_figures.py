@@ -36,9 +36,7 @@ def test_curves_are_the_given_ones_until_the_hold(wide_axes, caught, line_of, le
     assert_reads_well(wide_axes.figure)
 
 
-def test_legend_is_beside_the_curves_and_one_curve_has_none(
-    caught, legend_of, assert_hides_nothing, wide_axes
-):
+def test_legend_is_beside_the_curves_and_one_curve_has_none(caught, legend_of, assert_hides_nothing, wide_axes):
     draw_over_time(wide_axes, caught, {"a": caught.times, "b": -caught.times}, ylabel="time [s]")
     assert_hides_nothing(wide_axes)
     with figure_style():

@@ -55,9 +55,7 @@ def test_labels_stand_on_contours_of_what_they_say_and_can_be_seen(row, grid):
             extent = np.ptp(grid[0]), np.ptp(grid[1])
             room = np.array([[x * extent[0], y * extent[1], 0] for x in (-0.06, 0.06) for y in (-0.06, 0.06)])
             assert np.all(is_allowed(reference_model().scenario, cast + room))
-            assert reference_model().predict(cast[None])[0, 0] == pytest.approx(
-                float(label.get_text()), abs=0.02
-            )
+            assert reference_model().predict(cast[None])[0, 0] == pytest.approx(float(label.get_text()), abs=0.02)
 
 
 def test_row_reads_well_with_one_colour_bar(row, assert_reads_well, assert_apart):
@@ -74,9 +72,7 @@ def test_what_is_forbidden_is_hatched(row, grid):
     (cover,) = [item for item in row[0].collections if item.get_zorder() == 3]
     assert cover.hatches == ["////"]
     (path,) = cover.get_paths()
-    hatched = path.contains_points(
-        np.stack(np.meshgrid(distance, speed), axis=-1).reshape(-1, 2), radius=1e-9
-    )
+    hatched = path.contains_points(np.stack(np.meshgrid(distance, speed), axis=-1).reshape(-1, 2), radius=1e-9)
     inner = np.s_[1:-1, 1:-1]  # points on the rim count to neither side
     np.testing.assert_array_equal(hatched.reshape(allowed.shape)[inner], ~allowed[inner])
 
@@ -132,9 +128,7 @@ def test_a_wait_with_no_such_cast_has_no_curve(axes):
 
 def test_a_cast_has_the_colour_of_the_curve_of_its_wait(family):
     colors = [to_rgba(curve.get_edgecolor()[0]) for curve in curves_of(family[0])]
-    start, way, end = [
-        one for one in family[0].collections if one.get_label() in ("start", "on the way", "end")
-    ]
+    start, way, end = [one for one in family[0].collections if one.get_label() in ("start", "on the way", "end")]
     for one, color, cast in zip((start, way, end), colors, PATH, strict=True):
         one.update_scalarmappable()
         np.testing.assert_allclose(one.get_facecolor(), [color], atol=1e-6)

@@ -31,11 +31,7 @@ def chosen(sigma):
 
 @pytest.fixture
 def noise_figure():
-    labels = (
-        "gradient, learned with noise",
-        "program, learned with noise",
-        "program, learned without noise",
-    )
+    labels = ("gradient, learned with noise", "program, learned with noise", "program, learned without noise")
     noise = NoiseStudy(
         levels={},
         statuses={"landed": 2},
@@ -61,18 +57,13 @@ def test_a_miss_is_the_whole_distance_with_the_sign_of_its_part_along_the_plane(
 
 def test_noise_is_shown_for_each_planner_that_learned_with_it(noise_figure, legend_of, assert_reads_well):
     titles = [axes.get_title(loc="left") for axes in noise_figure.axes]
-    assert [title for title in titles if title] == [
-        "gradient, learned with noise",
-        "program, learned with noise",
-    ]
+    assert [title for title in titles if title] == ["gradient, learned with noise", "program, learned with noise"]
     assert len(legend_of(noise_figure.axes[-1])) == 3
     assert "chosen by leave-one-out: 0.1" in legend_of(noise_figure.axes[1])
     assert_reads_well(noise_figure)
 
 
-def test_selection_shows_all_descents_and_both_sigmas_but_not_the_papers(
-    line_of, legend_of, assert_reads_well
-):
+def test_selection_shows_all_descents_and_both_sigmas_but_not_the_papers(line_of, legend_of, assert_reads_well):
     selection = Selection(
         by_validation=chosen(0.6),
         isotropic=chosen(0.44),

@@ -7,13 +7,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from wam_cast.scenario import Scenario
-from wam_cast.visualization.figures.robot_figures import (
-    LEFT,
-    draw_robot,
-    draw_set_up,
-    render_robot,
-    render_set_up,
-)
+from wam_cast.visualization.figures.robot_figures import LEFT, draw_robot, draw_set_up, render_robot, render_set_up
 from wam_cast.visualization.style import figure_style
 
 # --- set up
@@ -138,14 +132,10 @@ def test_joints_axes_are_those_of_the_arm(robot_view):
     directions = (ends - middles) / np.linalg.norm(ends - middles, axis=1, keepdims=True)
     np.testing.assert_allclose(directions[0], [0, 1], atol=0.05, err_msg="joint 1 turns about the base axis")
     for joint in (4, 6):
-        np.testing.assert_allclose(
-            directions[joint - 1], directions[1], atol=0.1, err_msg="in a planar posture"
-        )
+        np.testing.assert_allclose(directions[joint - 1], directions[1], atol=0.1, err_msg="in a planar posture")
     shoulder, elbow = middles[1], middles[3]
     upper_arm = (elbow - shoulder) / np.linalg.norm(elbow - shoulder)
-    np.testing.assert_allclose(
-        directions[2], upper_arm, atol=0.15, err_msg="joint 3 turns about the upper arm"
-    )
+    np.testing.assert_allclose(directions[2], upper_arm, atol=0.15, err_msg="joint 3 turns about the upper arm")
 
 
 @pytest.mark.slow

@@ -32,9 +32,7 @@ class Page:
     def move(self, **values):
         for name, value in values.items():
             (label,) = [
-                label
-                for label in self.meshcat.GetSliderNames()
-                if label.split(" [")[0] == name.replace("_", " ")
+                label for label in self.meshcat.GetSliderNames() if label.split(" [")[0] == name.replace("_", " ")
             ]
             self.meshcat.SetSliderValue(label, value)
         return self.explorer.poll()
@@ -44,9 +42,7 @@ class Page:
         return self.explorer.poll()
 
     def sliders(self):
-        return {
-            name.split(" [")[0]: self.meshcat.GetSliderValue(name) for name in self.meshcat.GetSliderNames()
-        }
+        return {name.split(" [")[0]: self.meshcat.GetSliderValue(name) for name in self.meshcat.GetSliderNames()}
 
     @property
     def caption(self):
@@ -199,9 +195,7 @@ def test_limits_that_the_arm_will_meet_are_predicted(page, monkeypatch):
         monkeypatch.setattr(
             Prediction,
             "of",
-            lambda *args, p=load, v=speed: replace(
-                of(*args), peak_torque_utilization=p, peak_velocity_utilization=v
-            ),
+            lambda *args, p=load, v=speed: replace(of(*args), peak_torque_utilization=p, peak_velocity_utilization=v),
         )
         page.explorer.choose(page.explorer.cast)
         assert ("predicted to meet its limits" in page.caption) is expected

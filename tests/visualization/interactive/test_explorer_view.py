@@ -65,10 +65,7 @@ def test_hands_way_goes_out_at_the_starting_height_and_down_at_its_end(seen):
         seen.view.show_setting(Cast(distance, 0.6, 0.1, bearing=0.5), (0.6, 0.1))
         near, far = motion.start_radius, motion.start_radius + distance
         high, low = motion.start_height, motion.start_height - motion.drop_distance
-        for name, ends in (
-            ("move", [[near, 0, high], [far, 0, high]]),
-            ("drop", [[far, 0, low], [far, 0, high]]),
-        ):
+        for name, ends in (("move", [[near, 0, high], [far, 0, high]]), ("drop", [[far, 0, low], [far, 0, high]])):
             np.testing.assert_allclose(seen.box(f"plane/{name}"), ends, atol=HAND_PATH_RADIUS + 1e-6)
     c, s = math.cos(0.5), math.sin(0.5)
     np.testing.assert_allclose(seen.pose("plane")[:3, :3], [[c, -s, 0], [s, c, 0], [0, 0, 1]], atol=1e-12)

@@ -47,26 +47,20 @@ def polynomial(degree: int, bounds: Bounds) -> Pipeline:
     bounds evenly; least squares are solved by singular values. The condition number over the 1,300 training casts of the
     reference dataset is 39 at degree 5 and 1.2e5 at degree 12; that of `raw_polynomial`'s monomials is 6e5 and 1.6e14.
     """
-    return make_pipeline(
-        BoundsScaler(bounds), LegendreFeatures(degree), LinearRegression(fit_intercept=False)
-    )
+    return make_pipeline(BoundsScaler(bounds), LegendreFeatures(degree), LinearRegression(fit_intercept=False))
 
 
 def additive_polynomial(degree: int, bounds: Bounds) -> Pipeline:
     """Return a sum of polynomials of degree `degree`, one of each parameter alone, by least squares."""
     return make_pipeline(
-        BoundsScaler(bounds),
-        LegendreFeatures(degree, is_additive=True),
-        LinearRegression(fit_intercept=False),
+        BoundsScaler(bounds), LegendreFeatures(degree, is_additive=True), LinearRegression(fit_intercept=False)
     )
 
 
 def single_parameter_polynomial(degree: int, bounds: Bounds, parameter: int) -> Pipeline:
     """Return the polynomial of degree `degree` in one parameter, by its column (0, 1 or 2), by least squares."""
     one = ColumnTransformer([("parameter", "passthrough", [parameter])])
-    return make_pipeline(
-        BoundsScaler(bounds), one, LegendreFeatures(degree), LinearRegression(fit_intercept=False)
-    )
+    return make_pipeline(BoundsScaler(bounds), one, LegendreFeatures(degree), LinearRegression(fit_intercept=False))
 
 
 def raw_polynomial(degree: int) -> Pipeline:
@@ -84,9 +78,7 @@ def nearest_neighbour(bounds: Bounds) -> Pipeline:
 
 def gaussian_process(bounds: Bounds) -> Pipeline:
     """Return a Gaussian process with a length scale for each parameter and white noise, chosen by marginal likelihood."""
-    kernel = ConstantKernel(10.0, (1e-2, 1e5)) * RBF([1.0] * 3, (0.05, 50.0)) + WhiteKernel(
-        1e-4, (1e-10, 1.0)
-    )
+    kernel = ConstantKernel(10.0, (1e-2, 1e5)) * RBF([1.0] * 3, (0.05, 50.0)) + WhiteKernel(1e-4, (1e-10, 1.0))
     process = GaussianProcessRegressor(kernel, normalize_y=True)
     return make_pipeline(BoundsScaler(bounds), SubsetTuned(process))
 
@@ -103,9 +95,7 @@ def neural_network(bounds: Bounds, seed: int = 0) -> Pipeline:
         max_fun=3000,
         random_state=seed,
     )
-    return make_pipeline(
-        BoundsScaler(bounds), TransformedTargetRegressor(network, transformer=StandardScaler())
-    )
+    return make_pipeline(BoundsScaler(bounds), TransformedTargetRegressor(network, transformer=StandardScaler()))
 
 
 class BoundsScaler(TransformerMixin, BaseEstimator):
@@ -235,9 +225,7 @@ class SubsetTuned(RegressorMixin, BaseEstimator):
             # A length scale at its bound is an answer: the input does not matter.
             warnings.simplefilter("ignore", ConvergenceWarning)
             tuned = clone(self.process).fit(X_valid[: self.n_rows], y_valid[: self.n_rows])
-        self.process_ = (
-            clone(self.process).set_params(kernel=tuned.kernel_, optimizer=None).fit(X_valid, y_valid)
-        )
+        self.process_ = clone(self.process).set_params(kernel=tuned.kernel_, optimizer=None).fit(X_valid, y_valid)
         return self
 
     def predict(self, X: ArrayLike, return_std: bool = False) -> Any:

@@ -92,9 +92,7 @@ class _Fitted:
     fit_s: float
 
 
-def compare(
-    scenario: Scenario, parts: Parts, selection: Selection, seed: int, report: OnProgress
-) -> Comparison:
+def compare(scenario: Scenario, parts: Parts, selection: Selection, seed: int, report: OnProgress) -> Comparison:
     """Fit all estimators to the training casts, then open the test part and measure them there."""
     candidates = _candidates(scenario, selection, seed)
     report(0, len(candidates))
@@ -134,10 +132,7 @@ def _candidates(scenario: Scenario, selection: Selection, seed: int) -> dict[str
     candidates: dict[str, tuple[str, Any]] = {
         "constant": ("mean of the training landings", baselines.constant()),
         "nearest_neighbour": ("nearest neighbour", baselines.nearest_neighbour(bounds)),
-        "neural_network": (
-            "neural network",
-            baselines.neural_network(bounds, derived_seed(seed, Purpose.NETWORK)),
-        ),
+        "neural_network": ("neural network", baselines.neural_network(bounds, derived_seed(seed, Purpose.NETWORK))),
         "gaussian_process": (
             f"Gaussian process (kernel by {baselines.KERNEL_ROWS} casts)",
             baselines.gaussian_process(bounds),
@@ -150,10 +145,7 @@ def _candidates(scenario: Scenario, selection: Selection, seed: int) -> dict[str
         "ard": ("KRR, ARD length scales", make_estimator(scenario, selection.per_parameter)),
     }
     for degree in DEGREES:
-        candidates[f"polynomial_{degree}"] = (
-            f"polynomial of degree {degree}",
-            baselines.polynomial(degree, bounds),
-        )
+        candidates[f"polynomial_{degree}"] = (f"polynomial of degree {degree}", baselines.polynomial(degree, bounds))
     variants = {
         "raw": ("monomials in SI units, normal equations", baselines.raw_polynomial(12)),
         "additive": ("no products of parameters", baselines.additive_polynomial(12, bounds)),
@@ -168,9 +160,7 @@ def _fit(name: str, label: str, estimator: Any, parts: Parts) -> _Fitted:
     started = time.perf_counter()
     estimator.fit(parts.train.X, parts.train.landing)
     fit_s = time.perf_counter() - started
-    training, validation = (
-        rmse(estimator.predict(part.X) - part.landing) for part in (parts.train, parts.validation)
-    )
+    training, validation = (rmse(estimator.predict(part.X) - part.landing) for part in (parts.train, parts.validation))
     return _Fitted(name, label, estimator, training, validation, fit_s)
 
 

@@ -33,6 +33,4 @@ def map_landings(model: Predictor, report: OnProgress) -> LandingMap:
     landing = model.predict(grid.reshape(-1, 3))[:, 0].reshape(grid.shape[:-1])
     allowed = is_allowed(model.scenario, grid[0])
     report(1, 1)
-    return LandingMap(
-        distance=distance, speed=speed, waits=waits, landing=landing, is_allowed=allowed.tolist()
-    )
+    return LandingMap(distance=distance, speed=speed, waits=waits, landing=landing, is_allowed=allowed.tolist())

@@ -60,12 +60,7 @@ class _Task:
 
 
 def learn_with_fewer_casts(
-    scenario: Scenario,
-    parts: Parts,
-    seed: int,
-    n_repeats: int,
-    executor: Executor | Workers,
-    report: OnProgress,
+    scenario: Scenario, parts: Parts, seed: int, n_repeats: int, executor: Executor | Workers, report: OnProgress
 ) -> LearningCurves:
     """Return the validation RMSE of estimators that were chosen and fitted on random subsets of the training casts alone.
 
@@ -144,9 +139,9 @@ class SelfTunedKernelRidge(RegressorMixin, BaseEstimator):
         """Choose on the training data, and fit to it."""
         sigma0 = START_SIGMA if self.n_sigmas == 1 else [START_SIGMA] * self.n_sigmas
         tuned = tune_by_lbfgs(LeaveOneOutLoss(X, y, input_bounds=self.bounds), sigma0=sigma0)
-        self.model_ = KernelRidge(
-            sigma=tuned.sigma, regularization=tuned.regularization, input_bounds=self.bounds
-        ).fit(X, y)
+        self.model_ = KernelRidge(sigma=tuned.sigma, regularization=tuned.regularization, input_bounds=self.bounds).fit(
+            X, y
+        )
         return self
 
     def predict(self, X: Array) -> Array:

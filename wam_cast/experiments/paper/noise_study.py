@@ -8,12 +8,7 @@ import numpy as np
 import pandas as pd
 
 from wam_cast.experiments.frames import Columns, Record, Result, Rows, Values
-from wam_cast.experiments.paper.selection import (
-    Chosen,
-    make_estimator,
-    regularization_curve,
-    select_per_parameter,
-)
+from wam_cast.experiments.paper.selection import Chosen, make_estimator, regularization_curve, select_per_parameter
 from wam_cast.experiments.paper.settings import PLANNERS, OnProgress, Settings
 from wam_cast.experiments.statistics import rmse, rmse_interval
 from wam_cast.experiments.trials import Thrower, line_of_cups, lost_as_diverged, plan_and_execute
@@ -119,9 +114,7 @@ def _moved(clean: CastDataset, noisy: CastDataset, name: str) -> Array:
     return (noisy.frame[name] - clean.frame[name]).to_numpy(dtype=float)
 
 
-def _measure(
-    settings: Settings, clean: Parts, noisy: Parts, chosen: Chosen, clean_chosen: Chosen
-) -> pd.DataFrame:
+def _measure(settings: Settings, clean: Parts, noisy: Parts, chosen: Chosen, clean_chosen: Chosen) -> pd.DataFrame:
     """Return the errors of models on the noisy test casts, and on the noise-free landings of the validation casts.
 
     The latter chose nothing here; the noise-free test part has been opened already.
@@ -143,9 +136,7 @@ def _measure(
                 "sigma": parameters.sigma,
                 "regularization": parameters.regularization,
                 "test_rmse": rmse(residuals),
-                "test_rmse_interval": rmse_interval(
-                    residuals, derived_seed(settings.seed, Purpose.BOOTSTRAP)
-                ),
+                "test_rmse_interval": rmse_interval(residuals, derived_seed(settings.seed, Purpose.BOOTSTRAP)),
                 "noise_free_rmse": rmse(model.predict(clean.validation.X) - clean.validation.landing),
             }
         )

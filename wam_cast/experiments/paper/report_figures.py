@@ -77,9 +77,7 @@ def _draw_and_write(findings: Findings, folder: Path, names: list[str], row: int
     return names[row]
 
 
-def _new(
-    height: float, n_rows: int = 1, n_columns: int = 1, *, sharey: bool = False
-) -> tuple[Figure, np.ndarray]:
+def _new(height: float, n_rows: int = 1, n_columns: int = 1, *, sharey: bool = False) -> tuple[Figure, np.ndarray]:
     figure = Figure(figsize=(WIDTH, height), layout="constrained")
     return figure, figure.subplots(n_rows, n_columns, squeeze=False, sharey=sharey)
 
@@ -125,10 +123,7 @@ def _histograms(findings: Findings) -> Figure:
 
 
 def _curves(curve: pd.DataFrame) -> dict[str, Array]:
-    return {
-        "validation": curve["validation_rmse"].to_numpy(),
-        "leave-one-out": curve["leave_one_out_rmse"].to_numpy(),
-    }
+    return {"validation": curve["validation_rmse"].to_numpy(), "leave-one-out": curve["leave_one_out_rmse"].to_numpy()}
 
 
 def _selection(findings: Findings) -> Figure:
@@ -140,10 +135,7 @@ def _selection(findings: Findings) -> Figure:
         _curves(selection.sigma_curve),
         xlabel="sigma, in scaled parameters [1]",
         descents=[(descent["x"].to_numpy(), descent["rmse"].to_numpy()) for descent in selection.descents],
-        chosen={
-            "leave-one-out": selection.isotropic.sigma[0],
-            "validation": selection.by_validation.sigma[0],
-        },
+        chosen={"leave-one-out": selection.isotropic.sigma[0], "validation": selection.by_validation.sigma[0]},
     )
     draw_error_curve(
         axes[0, 1],
@@ -196,10 +188,7 @@ def _comparison(findings: Findings) -> Figure:
         rows["rmse"].to_numpy(),
         low,
         high,
-        paper={
-            by_name["isotropic_by_validation"]: paper.TEST_RMSE,
-            by_name["polynomial_12"]: paper.POLYNOMIAL_RMSE,
-        },
+        paper={by_name["isotropic_by_validation"]: paper.TEST_RMSE, by_name["polynomial_12"]: paper.POLYNOMIAL_RMSE},
     )
     return figure
 
@@ -223,10 +212,7 @@ def _parity(findings: Findings) -> Figure:
 def _where_wrong(findings: Findings) -> Figure:
     figure, axes = _new(3.6, 1, 2)
     cast = findings.comparison.held_out
-    for panel, x, xlabel in (
-        (axes[0, 0], cast.distance, "distance [m]"),
-        (axes[0, 1], cast.wait * MS, "wait [ms]"),
-    ):
+    for panel, x, xlabel in ((axes[0, 0], cast.distance, "distance [m]"), (axes[0, 1], cast.wait * MS, "wait [ms]")):
         draw_residual_map(panel, x, cast.speed, cast.residual, xlabel=xlabel, ylabel="mean speed [m/s]")
     draw_shortest_move(axes[0, 0], findings.settings.scenario.motion.min_move_duration)
     return figure
@@ -235,16 +221,9 @@ def _where_wrong(findings: Findings) -> Figure:
 def _learning_curves(findings: Findings) -> Figure:
     figure, axes = _new(3.8)
     found = findings.learning_curves
-    curves = {
-        name: LearningCurve(*band[["median", "low", "high"]].to_numpy().T)
-        for name, band in found.curves.items()
-    }
+    curves = {name: LearningCurve(*band[["median", "low", "high"]].to_numpy().T) for name, band in found.curves.items()}
     draw_learning_curves(
-        axes[0, 0],
-        np.array(found.n_train),
-        curves,
-        ylabel="validation RMSE [cm]",
-        paper=paper.TEST_RMSE,
+        axes[0, 0], np.array(found.n_train), curves, ylabel="validation RMSE [cm]", paper=paper.TEST_RMSE
     )
     return figure
 
@@ -262,15 +241,7 @@ def _landing_map(findings: Findings) -> Figure:
     low, high = np.nanmin(landing[:, allowed]), np.nanmax(landing[:, allowed])
     levels = np.arange(np.floor(10 * low), np.ceil(10 * high) + 1) / 10
     for panel, wait, plane in zip(axes[0], found.waits, landing, strict=True):
-        draw_landing_map(
-            panel,
-            found.distance,
-            found.speed,
-            plane,
-            is_allowed=allowed,
-            wait=wait,
-            levels=levels,
-        )
+        draw_landing_map(panel, found.distance, found.speed, plane, is_allowed=allowed, wait=wait, levels=levels)
         panel.label_outer()
     draw_landing_scale(axes[0], levels)
     return figure
@@ -313,10 +284,7 @@ _FIGURES: dict[str, tuple[Callable[[Findings], Figure], str]] = {
     ),
     "figure-07-comparison": (_comparison, "Figure 7. Test RMSE of all estimators, with 95 % intervals."),
     "figure-08-polynomials": (_polynomials, "Figure 8. Polynomials: RMSE over the degree."),
-    "figure-09-parity": (
-        _parity,
-        "Figure 9. Predicted and measured landings of the test casts, and the residuals.",
-    ),
+    "figure-09-parity": (_parity, "Figure 9. Predicted and measured landings of the test casts, and the residuals."),
     "figure-10-where-wrong": (
         _where_wrong,
         "Figure 10. Where in parameter space the model is wrong: residuals of casts that it has not seen.",
@@ -330,10 +298,7 @@ _FIGURES: dict[str, tuple[Callable[[Findings], Figure], str]] = {
         _calibration,
         "Figure 12. Reliability of the predicted uncertainty on the validation casts.",
     ),
-    "figure-13-landing-map": (
-        _landing_map,
-        "Figure 13. Predicted landing over distance and speed, at four waits.",
-    ),
+    "figure-13-landing-map": (_landing_map, "Figure 13. Predicted landing over distance and speed, at four waits."),
     "figure-14-noise": (
         _noise,
         "Figure 14. Noise: scatter of the landing, the error over lambda, and executed misses.",

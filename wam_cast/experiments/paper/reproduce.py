@@ -95,9 +95,7 @@ class _Run:
     def findings(self) -> Findings:
         settings, scenario = self._settings, self._settings.scenario
         samples = self._phase("casts", Samples, lambda _: describe_samples(self._casts, self._parts))
-        selection = self._phase(
-            "model selection", Selection, lambda r: select_models(scenario, self._parts, r)
-        )
+        selection = self._phase("model selection", Selection, lambda r: select_models(scenario, self._parts, r))
         comparison = self._phase(
             "comparison", Comparison, lambda r: compare(scenario, self._parts, selection, settings.seed, r)
         )
@@ -116,9 +114,7 @@ class _Run:
             NoiseStudy,
             lambda r: study_noise(settings, self._casts, self._noisy_casts, chosen, self._executor, r),
         )
-        return Findings(
-            settings, samples, selection, comparison, learning_curves, landing_map, executions, noise
-        )
+        return Findings(settings, samples, selection, comparison, learning_curves, landing_map, executions, noise)
 
     def draw_figures(self, findings: Findings) -> None:
         self._report("figures", 0, len(CAPTIONS))
@@ -126,9 +122,7 @@ class _Run:
             self._report("figures", done, len(CAPTIONS))
 
     def _phase(self, title: str, kind: type[R], compute: Callable[[OnProgress], R]) -> R:
-        return self._directory.phase(
-            title.replace(" ", "-"), kind, lambda: compute(partial(self._report, title))
-        )
+        return self._directory.phase(title.replace(" ", "-"), kind, lambda: compute(partial(self._report, title)))
 
     def _report(self, title: str, done: int, n: int) -> None:
         self._on_progress(title, done, n)

@@ -136,9 +136,7 @@ class _Errors:
 
     def by_validation(self, sigma0: float, regularization: float) -> TuningResult:
         train, validation = self._train, self._validation
-        loss = ValidationLoss(
-            train.X, train.landing, validation.X, validation.landing, input_bounds=self._bounds
-        )
+        loss = ValidationLoss(train.X, train.landing, validation.X, validation.landing, input_bounds=self._bounds)
         return tune_by_descent(loss, sigma0=sigma0, regularization=regularization)
 
     def evaluate(self, sigma: float | Array, regularization: float) -> tuple[float, float]:
@@ -163,10 +161,7 @@ class _Errors:
         )
 
     def curve(
-        self,
-        values: Array,
-        at: Callable[[float], tuple[float | Array, float]],
-        finished: Callable[[], None],
+        self, values: Array, at: Callable[[float], tuple[float | Array, float]], finished: Callable[[], None]
     ) -> pd.DataFrame:
         errors = []
         for value in values:

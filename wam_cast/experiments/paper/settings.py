@@ -18,10 +18,7 @@ OnProgress = Callable[[int, int], None]
 
 PAPERS_PLANNER: Method = "gradient"
 
-PLANNERS: tuple[Method, ...] = (
-    PAPERS_PLANNER,
-    *(planner for planner in METHODS if planner != PAPERS_PLANNER),
-)
+PLANNERS: tuple[Method, ...] = (PAPERS_PLANNER, *(planner for planner in METHODS if planner != PAPERS_PLANNER))
 """The paper's first."""
 
 

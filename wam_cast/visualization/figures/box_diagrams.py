@@ -101,11 +101,7 @@ def _draw_part(axes: Axes, box: Box) -> None:
     """Draw a box: its name at the top if something else is in it, else in the middle."""
     corner = box.x - box.width / 2 + 0.08, box.y - box.height / 2 + 0.08
     look: Any = {"boxstyle": "round,pad=0.08", "edgecolor": INK}
-    look |= (
-        {"facecolor": PART_COLOR, "linewidth": 0.5}
-        if box.is_part
-        else {"facecolor": BOX_COLOR, "linewidth": 0.9}
-    )
+    look |= {"facecolor": PART_COLOR, "linewidth": 0.5} if box.is_part else {"facecolor": BOX_COLOR, "linewidth": 0.9}
     axes.add_patch(FancyBboxPatch(corner, box.width - 0.16, box.height - 0.16, **look))
     if box.is_part:
         axes.text(box.x, box.y, box.name, ha="center", va="center", fontsize="small")

@@ -96,12 +96,7 @@ class LearningCurve:
 
 
 def draw_learning_curves(
-    axes: Axes,
-    n_train: Array,
-    curves: Mapping[str, LearningCurve],
-    *,
-    ylabel: str,
-    paper: float | None = None,
+    axes: Axes, n_train: Array, curves: Mapping[str, LearningCurve], *, ylabel: str, paper: float | None = None
 ) -> None:
     """Draw errors over the number of training casts, both on logarithmic axes, with a bar for the range of each.
 
@@ -129,9 +124,7 @@ def draw_learning_curves(
     draw_legend(axes, **BESIDE)
 
 
-def draw_polynomials(
-    axes: Axes, degrees: Array, curves: Mapping[str, Array], *, paper: float | None = None
-) -> None:
+def draw_polynomials(axes: Axes, degrees: Array, curves: Mapping[str, Array], *, paper: float | None = None) -> None:
     """Draw the errors of polynomials over their degree; errors below `SMALLEST_RMSE` are marked at the lower edge.
 
     Parameters
@@ -169,13 +162,7 @@ def _draw_papers(axes: Axes, x: float, rmse: float | None) -> None:
 
 
 def draw_comparison(
-    axes: Axes,
-    names: Sequence[str],
-    rmse: Array,
-    low: Array,
-    high: Array,
-    *,
-    paper: Mapping[str, float] | None = None,
+    axes: Axes, names: Sequence[str], rmse: Array, low: Array, high: Array, *, paper: Mapping[str, float] | None = None
 ) -> None:
     """Draw test errors one below the other, on a logarithmic axis, with their values at the right.
 

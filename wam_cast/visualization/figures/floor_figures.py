@@ -37,13 +37,7 @@ EXECUTED_MISSED: Any = {"marker": "x", "color": MIDDLE, "markersize": 5, "marker
 
 
 def draw_floor(
-    axes: Axes,
-    radii: Array,
-    probability: Array,
-    *,
-    bearings: tuple[float, float],
-    cups: Array,
-    share_caught: Array,
+    axes: Axes, radii: Array, probability: Array, *, bearings: tuple[float, float], cups: Array, share_caught: Array
 ) -> None:
     """Draw the reachable region in rings coloured by a probability, the stops of joint 1, and what became of casts.
 
@@ -86,10 +80,7 @@ def draw_floor(
     axes.set(xlim=(-view, view), ylim=(-view, view), aspect="equal", xlabel="x [m]", ylabel="y [m]")
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MaxNLocator(5))
-    label, percent = (
-        "probability of entering without touching the rim [%]",
-        PercentFormatter(1.0, symbol=None),
-    )
+    label, percent = ("probability of entering without touching the rim [%]", PercentFormatter(1.0, symbol=None))
     bar: Any = {"location": "bottom", "fraction": 0.05, "aspect": 35}
     axes.figure.colorbar(region, ax=axes, format=percent, label=label, **bar)
     draw_legend(axes, title="executed casts:", alignment="left", ncols=3, **ABOVE)

@@ -42,12 +42,7 @@ N_DECADES_SHOWN = 3.0
 
 
 def draw_histogram(
-    axes: Axes,
-    values: Array,
-    *,
-    label: str,
-    scale: float = 1.0,
-    bounds: tuple[float, float] | None = None,
+    axes: Axes, values: Array, *, label: str, scale: float = 1.0, bounds: tuple[float, float] | None = None
 ) -> None:
     """Draw how many casts have which value: figure 4 of the paper.
 

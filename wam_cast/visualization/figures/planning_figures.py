@@ -79,9 +79,7 @@ def _frame(axes: Axes, distance: Array, speed: Array) -> None:
     axes.set(xlabel="distance [m]", ylabel="mean speed [m/s]")
 
 
-def _label_places(
-    lines: QuadContourSet, distance: Array, speed: Array, is_allowed: NDArray[np.bool_]
-) -> list[Array]:
+def _label_places(lines: QuadContourSet, distance: Array, speed: Array, is_allowed: NDArray[np.bool_]) -> list[Array]:
     """Return points (2,) for the labels: of each contour the one nearest to the middle that has room."""
     extent, corner = np.array([np.ptp(distance), np.ptp(speed)]), np.array([distance[0], speed[0]])
     places: list[Array] = []

@@ -37,23 +37,10 @@ CURVE_STYLES: tuple[dict[str, Any], ...] = (
 OWN_STYLES = {"validation": 0, "test": 1, "training": 2}
 """These curves look the same in all figures."""
 
-DOTS: Any = {
-    "color": DARK,
-    "marker": "o",
-    "markersize": 3,
-    "markeredgewidth": 0,
-    "alpha": 0.5,
-    "linestyle": "none",
-}
+DOTS: Any = {"color": DARK, "marker": "o", "markersize": 3, "markeredgewidth": 0, "alpha": 0.5, "linestyle": "none"}
 """Of single casts."""
 
-PAPER_MARK: Any = {
-    "color": INK,
-    "marker": "D",
-    "markersize": 6,
-    "markerfacecolor": "white",
-    "linestyle": "none",
-}
+PAPER_MARK: Any = {"color": INK, "marker": "D", "markersize": 6, "markerfacecolor": "white", "linestyle": "none"}
 """Of a value that the paper gives."""
 
 THIN_LINE: Any = {"color": INK, "linewidth": 0.8, "zorder": 1}
@@ -92,9 +79,7 @@ def mark_log_axis(axis: Axis) -> None:
     if n_decades > 5:
         axis.set_major_formatter(LogFormatterMathtext())
         return
-    steps = (
-        (1.0,) if n_decades > 3 else (1.0, 2.0, 5.0) if n_decades > 0.8 else (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)
-    )
+    steps = (1.0,) if n_decades > 3 else (1.0, 2.0, 5.0) if n_decades > 0.8 else (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)
     axis.set_major_locator(LogLocator(subs=steps, numticks=50))
     axis.set_major_formatter(StrMethodFormatter("{x:g}"))
     axis.set_minor_locator(LogLocator(subs=range(1, 10), numticks=50) if n_decades > 0.8 else NullLocator())

@@ -227,11 +227,6 @@ def _draw_dimension(axes: Axes, text: str, ends: Array, *, is_long: bool) -> Non
     across, up = np.abs(ends[1] - ends[0])
     where: Any = {"xytext": (0, -4), "ha": "center", "va": "top"}
     if up > across:
-        where = {
-            "xytext": (-2 if is_long else -5, 0),
-            "ha": "right",
-            "va": "center",
-            "rotation": 90 * is_long,
-        }
+        where = {"xytext": (-2 if is_long else -5, 0), "ha": "right", "va": "center", "rotation": 90 * is_long}
     look: Any = {"textcoords": "offset points", "fontsize": "small", "path_effects": halo(2.5)}
     axes.annotate(text, tuple(ends.mean(axis=0)), **look, **where)

@@ -23,13 +23,7 @@ from wam_cast.planning.plan import Plan, plan_cast
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.outcome import Outcome
 from wam_cast.simulation.simulator import CastSimulator
-from wam_cast.visualization.interactive.explorer_view import (
-    EXECUTED,
-    PLANE,
-    PREDICTED,
-    WITHIN_REACH,
-    ExplorerView,
-)
+from wam_cast.visualization.interactive.explorer_view import EXECUTED, PLANE, PREDICTED, WITHIN_REACH, ExplorerView
 from wam_cast.visualization.interactive.panel import Panel, Slider, swatch
 from wam_cast.visualization.recorded import finite_part, without_turn
 from wam_cast.visualization.style import STAGE_COLORS, stage_name, status_name
@@ -92,9 +86,7 @@ class Explorer:
         keys = {CAST: "KeyC", PLAN: "KeyP", FETCH: "KeyL"}
         self._panel = Panel(self._view.meshcat, _sliders(self.scenario), keys)
         self._n_casts, self._note = 0, ""
-        self.cast = Cast.from_array(
-            nearest_allowed(self.scenario, np.mean(cast_bounds(self.scenario), axis=0))
-        )
+        self.cast = Cast.from_array(nearest_allowed(self.scenario, np.mean(cast_bounds(self.scenario), axis=0)))
         self.cup = (self.scenario.motion.start_radius + self.cast.distance, 0.0)
         if model is not None:
             landing = Prediction.of(model, self.cast, self.cup).landing
@@ -146,9 +138,7 @@ class Explorer:
             self._say(str(error))
             return None
         self.choose(plan.cast)
-        self._say(
-            "planned" if plan.is_feasible else f"no cast is predicted to land in the cup: {plan.reason}"
-        )
+        self._say("planned" if plan.is_feasible else f"no cast is predicted to land in the cup: {plan.reason}")
         return plan
 
     def move_cup_to_ball(self) -> None:
@@ -167,9 +157,7 @@ class Explorer:
             values = self._values() | moved
             cast = Cast(*(values[name] for name in (*PARAMETERS, "bearing")))
             moves_cup = bool({"cup_distance", "cup_bearing"} & set(moved))
-            self.choose(
-                cast, from_polar(values["cup_distance"], values["cup_bearing"]) if moves_cup else None
-            )
+            self.choose(cast, from_polar(values["cup_distance"], values["cup_bearing"]) if moves_cup else None)
         for name in pressed:
             self._actions[name]()
         return bool(pressed or moved)
@@ -256,9 +244,7 @@ def _sliders(scenario: Scenario) -> dict[str, Slider]:
         "speed": Slider("speed [m/s]", *bounds.speed, 0.001),
         "wait": Slider("wait [s]", *bounds.wait, 0.001),
         "bearing": Slider("bearing [deg]", lowest, highest, 0.1, degrees),
-        "cup_distance": Slider(
-            "cup distance [m]", scenario.motion.start_radius / 2, _farthest(scenario), 0.001
-        ),
+        "cup_distance": Slider("cup distance [m]", scenario.motion.start_radius / 2, _farthest(scenario), 0.001),
         "cup_bearing": Slider("cup bearing [deg]", lowest, highest, 0.1, degrees),
     }
 

@@ -44,9 +44,7 @@ class JointSliders:
     def __init__(self, meshcat: Meshcat, scenario: Scenario, frames: Mapping[str, str] | None = None) -> None:
         self._meshcat = meshcat
         self._scene = CastScene(scenario, None, meshcat=meshcat)
-        self._frames = {
-            letter: self._scene.plant.GetFrameByName(name) for letter, name in (frames or {}).items()
-        }
+        self._frames = {letter: self._scene.plant.GetFrameByName(name) for letter, name in (frames or {}).items()}
         for letter in self._frames:
             for name, axis, color in zip("xyz", AXIS_LENGTH * np.eye(3), AXIS_COLORS, strict=True):
                 draw_tube(meshcat, f"/frames/{letter}/{name}", np.array([0 * axis, axis]), TUBE_RADIUS, color)

@@ -114,9 +114,7 @@ class Panel:
 
 def swatch(color: Color, sign: str, words: str) -> str:
     """Return HTML that says what a colour means, on one line."""
-    return (
-        f'<span style="white-space:nowrap"><span style="color:{to_hex(color)}">{sign}</span> {words}</span>'
-    )
+    return f'<span style="white-space:nowrap"><span style="color:{to_hex(color)}">{sign}</span> {words}</span>'
 
 
 def _as_name(html: str) -> str:

@@ -1,6 +1,7 @@
 """How Sphinx builds the site: `sphinx-build -W --keep-going -n docs docs/_build/html`, without a network."""
 
 import sys
+import warnings
 from pathlib import Path
 
 import wam_cast
@@ -15,7 +16,7 @@ version = release = wam_cast.__version__
 
 extensions = [
     "generated_pages",
-    "docstrings",
+    "signatures",
     "myst_nb",
     "sphinx.ext.autodoc",
     "numpydoc",
@@ -37,7 +38,12 @@ ABBREVIATIONS = (
     r"(float|u?int|complex)\d+|.*\.[RT]"
 )
 PRIVATE = r"lambda|.*\._\w+"  # in the types of what pydantic checks by a function
-nitpick_ignore_regex = [("py:.*", rf"({OTHERS})(\..*)?"), ("py:.*", ABBREVIATIONS), ("py:class", PRIVATE)]
+nitpick_ignore_regex = [
+    ("py:.*", rf"({OTHERS})(\..*)?"),
+    ("py:.*", ABBREVIATIONS),
+    ("py:class", PRIVATE),
+    ("py:obj", ".*"),  # see `default_role`
+]
 
 suppress_warnings = ["myst.header"]  # the README's results begin a level lower than a page does
 
@@ -57,14 +63,19 @@ copybutton_prompt_text = "$ "
 
 # ---------------------------------------------------------------- reference
 
-autodoc_default_options = {"members": True, "member-order": "bysource"}
+# What pydantic and scikit-learn add to each of their classes is left out.
+ADDED = "model_config, set_fit_request, set_predict_request, set_score_request, set_partial_fit_request"
+autodoc_default_options = {"members": True, "member-order": "bysource", "exclude-members": ADDED}
 autodoc_preserve_defaults = True  # as the source has them
 autodoc_typehints_format = "short"
 python_use_unqualified_type_names = True
 python_maximum_signature_line_length = 90
 add_module_names = False
-default_role = "py:obj"  # docstrings write names in single backticks
+default_role = (
+    "py:obj"  # `name` leads to what its module calls so, `.name` to what any module does; others stay as they are
+)
 numpydoc_show_class_members = False  # autodoc shows them
+warnings.filterwarnings("ignore", "Unknown section", UserWarning, "numpydoc")  # in docstrings of Drake's
 
 # ---------------------------------------------------------------- looks
 

@@ -98,7 +98,7 @@ def nearest_allowed(scenario: Scenario, parameters: Array) -> Array:
 
 
 def checked_cup(cup: tuple[float, float]) -> tuple[float, float]:
-    """Return world (x, y) of a cup's axis as two floats; raises `InputError` if they are not finite numbers."""
+    """Return world (x, y) of a cup's axis as two floats; raises `.InputError` if they are not finite numbers."""
     try:
         x, y = (float(value) for value in cup)
     except (TypeError, ValueError):

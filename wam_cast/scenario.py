@@ -306,7 +306,7 @@ class Scenario(_Part):
 
     @classmethod
     def from_dict(cls, values: Any) -> Self:
-        """Return the scenario of nested values; what is left out keeps its default. Raises `InputError`."""
+        """Return the scenario of nested values; what is left out keeps its default. Raises `.InputError`."""
         try:
             return cls.model_validate(values)
         except ValidationError as error:
@@ -314,7 +314,7 @@ class Scenario(_Part):
 
     @classmethod
     def from_yaml(cls, path: str | Path) -> Self:
-        """Read a scenario file; keys that it leaves out keep their default. Raises `InputError`."""
+        """Read a scenario file; keys that it leaves out keep their default. Raises `.InputError`."""
         try:
             values = read_yaml(path)
             return cls.from_dict({} if values is None else values)

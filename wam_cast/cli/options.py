@@ -32,7 +32,7 @@ Solver = Annotated[Literal["snopt", "ipopt", "nlopt"] | None, typer.Option(help=
 
 
 def parse_cup(text: str) -> Position:
-    """Return world (x, y) of `X` or `X,Y`. Raises `InputError`."""
+    """Return world (x, y) of `X` or `X,Y`. Raises `.InputError`."""
     numbers = text.split(",")
     try:
         x, y = (float(number) for number in (numbers if len(numbers) == 2 else [*numbers, "0"]))

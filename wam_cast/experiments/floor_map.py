@@ -78,7 +78,7 @@ class FloorMap:
 
         radius [m]; distance, speed, wait       of the cast [m], [m/s], [s]
         predicted_along         where the ball is expected, counted from the cup's axis outward [m]
-        predicted_miss, predicted_std, rim_clear_probability, is_feasible      as of a `Plan`
+        predicted_miss, predicted_std, rim_clear_probability, is_feasible      as of a `.Plan`
         along, lateral          what is executed: mean and std [m] over all casts that came down, None if none did
         n_casts, n_caught, hit_rate, hit_interval       how many were caught, with Wilson's 95 % interval of the rate
         """
@@ -129,11 +129,11 @@ def map_floor(
     size
         How many cups and casts.
     method, solver
-        As for `plan_cast`.
+        As for `.plan_cast`.
     seed
         Draws the scenario's noise; every cast has its own.
     executor, n_workers
-        Run the casts, see `run_rows`; they make no difference to the map. A cast that brings down its process counts as diverged.
+        Run the casts, see `.run_rows`; they make no difference to the map. A cast that brings down its process counts as diverged.
     on_progress
         Called as plans and casts are done.
 

@@ -5,12 +5,12 @@ radius, cup_bearing     of the cup about the base axis [m], [rad]
 cup_x, cup_y            the same in the world [m]
 distance, speed, wait, bearing      the cast [m], [m/s], [s], [rad]
 noise_seed              what draws its noise
-is_feasible             as of the `Plan`; like all that is predicted it is missing (False, nan) where a cast has no plan
+is_feasible             as of the `.Plan`; like all that is predicted it is missing (False, nan) where a cast has no plan
 predicted_offset        where the ball is expected, outward from the cup's axis [m]
 predicted_miss          its distance from there [m]
 std_along, std_across   predictive standard deviation of the landing [m]
 rim_clear_probability     of entering the cup without touching its rim
-status, is_caught       a value of `Status`, or `LOST` if the process did not survive; what follows is then missing
+status, is_caught       a value of `.Status`, or `LOST` if the process did not survive; what follows is then missing
 landing_along, landing_across       where the ball came down, in the casting plane's axes [m]
 along, lateral          the same from the cup's axis: outward, and to the left as seen from the base axis [m]
 miss                    distance of the landing from the cup's axis, as if nothing were in the way [m]
@@ -140,7 +140,7 @@ def execute(
 ) -> pd.DataFrame:
     """Return what became of the trials, in their order; `report` is called with how many are done.
 
-    `executor` and `n_workers` run the casts as for `run_rows`, and make no difference to what becomes of them.
+    `executor` and `n_workers` run the casts as for `.run_rows`, and make no difference to what becomes of them.
     """
     rows: list[Record] = []
     with closing(run_rows(partial(_execute, scenario, trials), range(len(trials)), executor, n_workers)) as outcomes:
@@ -216,7 +216,7 @@ def _executed(scenario: Scenario, trial: Trial, outcome: Outcome) -> Record:
 
 
 def _entered_clear(scenario: Scenario, trial: Trial, outcome: Outcome) -> bool:
-    """Return whether a ball that landed so, and flew on straight, touched no rim: see `clearance_across`."""
+    """Return whether a ball that landed so, and flew on straight, touched no rim: see `.clearance_across`."""
     if not math.isfinite(outcome.entry_angle):
         return False
     along, across = to_casting_plane(outcome.landing - trial.position, trial.cast.bearing)

@@ -50,7 +50,7 @@ class CastDataset:
         - `cast`: the row's number
         - `distance` [m], `speed` [m/s], `wait` [s]: the cast as commanded, whatever noise the scenario has; its bearing is 0
         - `landing_along`, `landing_across` [m]: where the ball crossed the rim plane
-        - `status`: a value of `Status`, such as "landed"
+        - `status`: a value of `.Status`, such as "landed"
         - `crossing_time` [s], `entry_speed` [m/s], `entry_angle` [rad], `is_slack`: how it crossed
         - `slack` [m]: of the string, the least from the landing until the whole ball was below the rim plane
         - `peak_torque_utilization`, `peak_velocity_utilization`: the largest over the joints, as shares of their limits
@@ -137,7 +137,7 @@ def generate_dataset(
         What is cast, how often, and which casts are drawn.
     executor
         Runs the simulations: a Dask cluster's `Client.get_executor()`, `MPIPoolExecutor`, or any other. Threads gain nothing:
-        they take turns. By default processes on this machine, or `Workers` that are kept for more; then a cast that brings
+        they take turns. By default processes on this machine, or `.Workers` that are kept for more; then a cast that brings
         down its process becomes a row of status "diverged".
     n_workers
         Number of these processes, by default one for each processor.

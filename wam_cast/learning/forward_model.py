@@ -37,18 +37,18 @@ REACH_TAIL = 0.005
 class ForwardModel:
     """Predicts the landing of casts of one scenario, in the casting plane.
 
-    Make one with `fit` or `load`, or use `reference_model`.
+    Make one with `fit` or `load`, or use `.reference_model`.
 
     Attributes
     ----------
     scenario
         Whose casts it predicts.
     training_casts, training_outputs
-        The training casts `[distance, speed, wait]`, shape (n_train, 3), and their `OUTPUTS`, shape (n_train, 7).
+        The training casts `[distance, speed, wait]`, shape (n_train, 3), and their `.OUTPUTS`, shape (n_train, 7).
     reach
         The smallest and largest distance of a cup from the base axis that the model plans for [m].
     info
-        A `Fit`: how it was made.
+        A `.Fit`: how it was made.
     uncertainty
         The predictive standard deviation of the landing.
     """
@@ -99,7 +99,7 @@ class ForwardModel:
     def from_hyperparameters(cls, data: CastDataset, sigma: ArrayLike, regularization: float) -> Self:
         """Fit to the training casts of a dataset, with a sigma (or ARD length scales) and a lambda chosen before.
 
-        The test casts stay closed. Raises `InputError` as `fit` does.
+        The test casts stay closed. Raises `.InputError` as `fit` does.
         """
         return cls._fit_parts(data, split_casts(data), sigma, regularization, opens_test=False)
 
@@ -137,7 +137,7 @@ class ForwardModel:
         return _rmse(self.predict(part.X)[:, 0] - part.landing)
 
     def predict(self, casts: Array) -> Array:
-        """Predict the `OUTPUTS` of casts `[distance, speed, wait]`, shape (n, 3): landing along first. Shape (n, 7)."""
+        """Predict the `.OUTPUTS` of casts `[distance, speed, wait]`, shape (n, 3): landing along first. Shape (n, 7)."""
         return self._estimator.predict(casts)
 
     def linearize(self, cast: Array) -> Linearization:
@@ -157,7 +157,7 @@ class ForwardModel:
         return self.scenario.fingerprint in (scenario.fingerprint, scenario.without_noise.fingerprint)
 
     def bound_to(self, scenario: Scenario) -> Self:
-        """Return the same model for plans in `scenario`, whose cup and noise count; raises `InputError` if it does not serve."""
+        """Return the same model for plans in `scenario`, whose cup and noise count; raises `.InputError` if it does not serve."""
         if not self.serves(scenario):
             raise InputError(
                 f"made for another scenario ({self.scenario.fingerprint}, not {scenario.fingerprint}); "
@@ -168,7 +168,7 @@ class ForwardModel:
         return bound
 
     def save(self, path: str | Path) -> None:
-        """Write the model to one file. Raises `InputError` if that cannot be done; then nothing is left behind."""
+        """Write the model to one file. Raises `.InputError` if that cannot be done; then nothing is left behind."""
         casts, outputs, learned = self.training_casts, self.training_outputs, self.uncertainty
         stored = StoredModel(self.scenario, casts, outputs, learned.log_ratios, self.reach, self.info, learned.fit)
         write_model(path, stored)

@@ -1,8 +1,8 @@
 """The kernel's σ and λ: two searches for the least of a loss.
 
-`tune_by_descent` is the paper's gradient descent (section 2.4); `tune_by_lbfgs` is what `ForwardModel.fit` calls. Both run in log σ
-and log λ, which keeps them positive and makes a step the same relative change at any scale. Both lower the logarithm of the error,
-whose slope does not depend on the units of the targets.
+`tune_by_descent` is the paper's gradient descent (section 2.4); `tune_by_lbfgs` is what `.ForwardModel.fit` calls. Both run in log
+σ and log λ, which keeps them positive and makes a step the same relative change at any scale. Both lower the logarithm of the
+error, whose slope does not depend on the units of the targets.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ def tune_by_descent(
     Parameters
     ----------
     loss
-        The paper's is `ValidationLoss`.
+        The paper's is `.ValidationLoss`.
     sigma0
         Where the descent starts; an array of shape (n_features,) tunes ARD length scales, a σ for each input. The descent finds a
         local minimum, and far from the scale of the data there is little slope to follow: with σ far below the distance between
@@ -135,7 +135,7 @@ def tune_by_lbfgs(
     Parameters
     ----------
     loss
-        `ForwardModel.fit` takes `LeaveOneOutLoss`.
+        `.ForwardModel.fit` takes `.LeaveOneOutLoss`.
     sigma0
         Where the search for σ starts, as for `tune_by_descent`.
     regularization0

@@ -1,4 +1,4 @@
-"""What the parameters of `KernelRidge` may be: checks that say what is allowed, and the scaling of its inputs."""
+"""What the parameters of `.KernelRidge` may be: checks that say what is allowed, and the scaling of its inputs."""
 
 from __future__ import annotations
 

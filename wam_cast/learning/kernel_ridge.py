@@ -61,7 +61,7 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         The parameters of the fit, whatever `set_params` was given since.
     n_features_in_ : int
         Number of inputs.
-    feature_names_in_ : ndarray of shape (n_features_in_,)
+    feature_names_in_ : ndarray of shape (`n_features_in_`,)
         Names of the inputs, if `X` had any.
 
     Examples

@@ -41,7 +41,7 @@ class SquaredError(NamedTuple):
 
 
 class Loss(ABC):
-    """The mean squared error as a function of σ and λ; inputs are scaled and targets centred once, as `KernelRidge` does it.
+    """The mean squared error as a function of σ and λ; inputs are scaled and targets centred once, as `.KernelRidge` does it.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class Loss(ABC):
         self._target_mean = y.mean(axis=0) if center_targets else 0.0
 
     def __call__(self, sigma: float | ArrayLike, regularization: float) -> SquaredError:
-        """Evaluate the error and its gradient; σ and λ are as for `KernelRidge`.
+        """Evaluate the error and its gradient; σ and λ are as for `.KernelRidge`.
 
         Raises
         ------
@@ -95,7 +95,7 @@ class Loss(ABC):
 class ValidationLoss(Loss):
     """The error on validation data of a fit to training data.
 
-    The shapes of both are (n, n_features) and (n,) or (n, n_outputs); the options are those of `KernelRidge`.
+    The shapes of both are (n, n_features) and (n,) or (n, n_outputs); the options are those of `.KernelRidge`.
 
     Raises
     ------
@@ -148,7 +148,7 @@ class ValidationLoss(Loss):
 class LeaveOneOutLoss(Loss):
     """The error of each training row, predicted by a fit to all the others.
 
-    The residuals are those of `KernelRidge.leave_one_out_residuals`: with `center_targets` each is that of a refit which
+    The residuals are those of `.KernelRidge.leave_one_out_residuals`: with `center_targets` each is that of a refit which
     subtracts the mean of the other rows' targets. The scaling of the inputs is not refitted; it is `input_bounds`, or the range
     of all rows. Shapes, options and errors are as for `ValidationLoss`; there must be at least 2 rows.
     """
@@ -178,7 +178,7 @@ class LeaveOneOutLoss(Loss):
         """Evaluate with one inverse and one product of matrices, by the adjoint method.
 
         With `A = K + λ I`, `α = A^-1 y`, `β = A^-1 1` and the shift `c` of the centre by the row left out, the residuals are
-        `e_i = (α_i + c_i β_i) / [A^-1]_ii`. Since `dA^-1 = -A^-1 dA A^-1`, with `w_i = e_i / [A^-1]_ii`
+        `e_i = (α_i + c_i β_i) / [A^-1]_ii`. Since `dA^-1 = -A^-1 dA A^-1`, with `w_i = e_i / [A^-1]_ii`::
 
             d (1/2 e^T e) = -(A^-1 w)^T dA α - (A^-1 (c w))^T dA β + tr(A^-1 diag(w e) A^-1 dA) = sum(M * dA),
 
@@ -208,7 +208,7 @@ class LeaveOneOutLoss(Loss):
 def _kernel_slope(weights: Array, Z: Array, Z_fit: Array) -> Array:
     """Sum `weights * d log k / d log σ_j = weights * 2 (z_j - z'_j)^2` over all pairs of inputs, for each input j.
 
-    With weights `W * K`, shape (n, n_samples), that is the sum of `W * dK / d log σ_j`. Inputs are as for `gaussian_kernel`.
+    With weights `W * K`, shape (n, n_samples), that is the sum of `W * dK / d log σ_j`. Inputs are as for `.gaussian_kernel`.
     """
     slope: Array = 2.0 * (
         weights.sum(axis=1) @ Z**2 + weights.sum(axis=0) @ Z_fit**2 - 2.0 * np.einsum("ij,ij->j", Z, weights @ Z_fit)

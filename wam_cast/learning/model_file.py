@@ -38,7 +38,7 @@ class Fit:
         lambda.
     leave_one_out_rmse, validation_rmse, test_rmse
         Root mean squared errors of the landing along the casting plane [m]: of the training casts, each predicted by a fit to
-        all the others, and of the other two parts. `ForwardModel.fit` chooses by the first one alone. The last one is nan if
+        all the others, and of the other two parts. `.ForwardModel.fit` chooses by the first one alone. The last one is nan if
         the test casts stayed closed.
     """
 
@@ -54,7 +54,7 @@ class Fit:
 
 
 class StoredModel(NamedTuple):
-    """What a model file holds: what a `ForwardModel` has under the same names, and what its uncertainty learned."""
+    """What a model file holds: what a `.ForwardModel` has under the same names, and what its uncertainty learned."""
 
     scenario: Scenario
     training_casts: Array
@@ -67,7 +67,7 @@ class StoredModel(NamedTuple):
 
 
 def write_model(path: str | Path, model: StoredModel) -> None:
-    """Write a model to one file. Raises `InputError` if that cannot be done; then nothing is left behind."""
+    """Write a model to one file. Raises `.InputError` if that cannot be done; then nothing is left behind."""
     header = {
         "format": FORMAT,
         "fingerprint": model.scenario.fingerprint,

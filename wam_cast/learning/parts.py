@@ -22,7 +22,7 @@ class Part(NamedTuple):
     X: Array
     """Parameters `[distance, speed, wait]` [m, m/s, s], shape (n, 3)."""
     y: Array
-    """`OUTPUTS`, shape (n, 7)."""
+    """`.OUTPUTS`, shape (n, 7)."""
     is_clean: NDArray[np.bool_]
     """Whether the arm kept its limits and the string was slack at the landing, shape (n,)."""
 

@@ -10,7 +10,7 @@ from wam_cast.types import Array
 
 
 def sample_cast(scenario: Scenario, seed: int, row: int) -> Cast:
-    """Return the cast of one row, drawn uniformly from all that `is_allowed` accepts.
+    """Return the cast of one row, drawn uniformly from all that `.is_allowed` accepts.
 
     Each row has a random stream of its own, and rejects in it. What is drawn from is first cut down to the casts' bounding box,
     so that no scenario rejects more than half of what it draws. Neither `seed` nor `row` may be negative.

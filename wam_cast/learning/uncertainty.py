@@ -51,6 +51,8 @@ class ErrorFit:
 class LandingUncertainty:
     """Predictive standard deviation of the landing along the casting plane.
 
+    ::
+
         std(x) = scale * posterior(x) * exp(g(x)),     posterior(x)^2 = 1 - k(x)^T (K + lambda I)^-1 k(x) + lambda
 
     The posterior is that of a Gaussian process with the model's kernel (Rasmussen and Williams, Gaussian Processes for Machine

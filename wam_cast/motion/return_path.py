@@ -7,7 +7,7 @@ string and wall leave it one place, and then
 - if the cup is farther out than the arm can go, pulls it up and over the wall at a known speed: from above the wall's outer edge
   it swings as a pendulum whose place and speed are known.
 
-From either the ball is given a path to rest at home, and the hand goes where that path asks for it (`hand_above`).
+From either the ball is given a path to rest at home, and the hand goes where that path asks for it (`.hand_above`).
 """
 
 from __future__ import annotations

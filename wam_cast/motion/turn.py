@@ -17,7 +17,7 @@ class Turn:
     """Joint 1 turns from `start` to `end` [rad], and the ball goes with it, at rest before and after.
 
     Nothing measures the string: the ball is given a path, an arc at the starting radius whose angle has four zero derivatives at
-    both ends, and the hand goes where the ball's motion asks for it (`hand_above`). That is not quite an arc.
+    both ends, and the hand goes where the ball's motion asks for it (`.hand_above`). That is not quite an arc.
 
     Attributes
     ----------

@@ -15,7 +15,7 @@ from wam_cast.types import Array, Position
 
 
 class Prediction(NamedTuple):
-    """What a model says of a cast for a cup; `Plan` has the same fields in the same order, and says what they are."""
+    """What a model says of a cast for a cup; `.Plan` has the same fields in the same order, and says what they are."""
 
     cast: Cast
     landing: Array

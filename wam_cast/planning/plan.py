@@ -104,7 +104,7 @@ def plan_cast(
         World (x, y) of the cup's axis [m].
     method
         `program` or `gradient`, or a function `(model, radius) -> [distance, speed, wait]` [m, m/s, s] for a cup at `radius`
-        [m] from the base axis. It returns an array of shape (3,), or a `Solution`, which tells more.
+        [m] from the base axis. It returns an array of shape (3,), or a `.Solution`, which tells more.
     solver
         Of the program: `snopt`, which is the default, `ipopt` or `nlopt`.
 

@@ -26,8 +26,8 @@ DIFFERENTIALS = ((1, 2), (4, 5))
 def saturate(torque: Array, limits: Array) -> Array:
     """Return `torque` within what the motors give, each array [N m] of shape (7,).
 
-    Joints of their own are clipped. The two joints of a differential use the same motors: |tau_a| / limit_a +
-    |tau_b| / limit_b <= 1, and a pair beyond it is scaled, which keeps its direction.
+    Joints of their own are clipped. The two joints of a differential use the same motors:
+    ``|tau_a| / limit_a + |tau_b| / limit_b <= 1``; a pair beyond it is scaled, which keeps its direction.
     """
     return np.asarray(torque / np.maximum(torque_utilization(torque, limits), 1.0))
 
@@ -110,9 +110,7 @@ class ArmController(LeafSystem):
     It is a pure function of time, arm state and cast: the cast is a numeric parameter of the context, its motion a cache entry.
     What the motors cannot give is cut off by `saturate`.
 
-    Ports
-    -----
-    arm_state -> actuation [N m] (7), hand [m, m/s] (6), hand_desired [m, m/s] (6), stage (1);
+    Ports: arm_state -> actuation [N m] (7), hand [m, m/s] (6), hand_desired [m, m/s] (6), stage (1);
     `arm_state` is q [rad] and v [rad/s], (14), `hand` is p_WE and v_WE.
 
     Parameters
@@ -160,7 +158,7 @@ class ArmController(LeafSystem):
     def set_cast(
         self, context: Context, cast: Cast, *, start_bearing: float = 0.0, cup_radius: float | None = None
     ) -> None:
-        """Set in this system's own `context` the cast, and what else its motion depends on: see `CastMotion`."""
+        """Set in this system's own `context` the cast, and what else its motion depends on: see `.CastMotion`."""
         parameter = context.get_mutable_numeric_parameter(self._cast_index)
         radius = math.nan if cup_radius is None else cup_radius
         parameter.SetFromVector(np.array([*cast.to_array(), cast.bearing, start_bearing, radius]))
@@ -201,7 +199,7 @@ class ArmController(LeafSystem):
 class CastController(ArmController):
     """Moves the hand along a cast.
 
-    With J the hand's translational Jacobian, and desired values from `CastMotion`:
+    With J the hand's translational Jacobian, and desired values from `.CastMotion`::
 
         u_x = K_p (p_WE_desired - p_WE) + K_d (v_WE_desired - v_WE)              (Section 2.3 of the paper)
         u_q = J^T u_x + g(q) + N (K_posture (q_posture - q) + D_posture (v_posture - v))

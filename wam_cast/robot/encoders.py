@@ -21,9 +21,7 @@ class Encoders(LeafSystem):
 
     The speeds are as coarse as a difference of two samples, but not late as that would be.
 
-    Ports
-    -----
-    arm_state -> measured; each is q [rad] and v [rad/s], (14).
+    Ports: arm_state -> measured; each is q [rad] and v [rad/s], (14).
 
     Parameters
     ----------

@@ -79,9 +79,7 @@ class TorqueNoise(LeafSystem):
     The noise is a pure function of the noise seed, an abstract parameter of the context, and of the number of the control
     period: any two of these systems agree on it.
 
-    Ports
-    -----
-    commanded [N m] (7) -> torque [N m] (7)
+    Ports: commanded [N m] (7) -> torque [N m] (7)
 
     Parameters
     ----------

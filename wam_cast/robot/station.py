@@ -79,9 +79,9 @@ class CastStation:
         With geometry: the cup and the floor, contact, and what can be seen. Without, the plant is the same but the ball touches
         nothing, which simulates faster.
     controller
-        In place of `CastController`: an `ArmController`, or any LeafSystem with the ports `arm_state` and `actuation`, and a
+        In place of `.CastController`: an `.ArmController`, or any LeafSystem with the ports `arm_state` and `actuation`, and a
         method `set_cast(context, cast)` that takes the cast into its own context. If that also takes `start_bearing` and
-        `cup_radius` by name, it is told them as `CastMotion` is.
+        `cup_radius` by name, it is told them as `.CastMotion` is.
     meshcat
         Where to show the station, or none.
 
@@ -265,7 +265,7 @@ class CastStation:
         self._set_cast(self.controller.GetMyMutableContextFromRoot(context), cast, **places)
 
     def check_bearing(self, bearing: float, *, is_first: bool) -> None:
-        """Raise `InputError` if joint 1 cannot turn to `bearing` [rad], or the controller start a cast at home alone."""
+        """Raise `.InputError` if joint 1 cannot turn to `bearing` [rad], or the controller start a cast at home alone."""
         starting_posture(self._arm_plant, self.scenario, bearing)
         if not is_first and not self._is_told_places:
             raise InputError(
@@ -299,7 +299,7 @@ class CastStation:
     def desired_path(self, motion: CastMotion, times: Array) -> Array:
         """Return p_WE [m], shape (n, 3), that the controller wants of the hand at `times` [s], shape (n,).
 
-        It says so by a method `hand_desired(time, motion)`, as an `ArmController` does; nan if it has none. Asked afterwards, it
+        It says so by a method `hand_desired(time, motion)`, as an `.ArmController` does; nan if it has none. Asked afterwards, it
         costs the simulation nothing.
         """
         hand_desired = getattr(self.controller, "hand_desired", None)

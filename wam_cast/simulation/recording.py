@@ -41,7 +41,7 @@ class CastRecording:
         Ball, hand and the hand's reference in the world frame [m, m/s], each of shape (n, 3). The reference is what the
         controller says by `hand_desired`; nan if it does not.
     stages
-        `Stage` of each sample, shape (n,).
+        `.Stage` of each sample, shape (n,).
     """
 
     scenario: Scenario

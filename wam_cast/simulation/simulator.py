@@ -41,7 +41,7 @@ class CastSimulator:
     """Simulates casts of one scenario; building it takes longer than a cast, so keep it.
 
     Outcomes do not depend on what was simulated before. `make_controller` makes a controller of your own from the scenario, see
-    `CastStation`.
+    `.CastStation`.
     """
 
     def __init__(

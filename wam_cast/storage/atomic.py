@@ -52,7 +52,7 @@ def write_file(path: str | Path, content: bytes) -> None:
 
 
 def check_writable(path: str | Path) -> None:
-    """Raise `InputError` if `write_file` cannot work; for asking before a long computation."""
+    """Raise `.InputError` if `write_file` cannot work; for asking before a long computation."""
     path = Path(path)
     if path.is_dir():
         raise _unwritable(path, errno.EISDIR)

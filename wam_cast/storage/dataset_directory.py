@@ -1,5 +1,7 @@
 """A dataset on disk: a directory that any reader of Parquet understands, and that a run which was interrupted can go on with.
 
+::
+
     scenario.yaml              the scenario
     manifest.json              `Manifest`: what the casts depend on, how many are wanted, what made them
     casts/part-00000.parquet   rows 0 to 49, and so on: the casts alone, so that the folder reads as one table
@@ -45,7 +47,7 @@ SCHEMA = pa.schema(
         ("peak_tracking_error", pa.float64()),
     ]
 )
-"""The columns of a dataset; `CastDataset` says what they mean."""
+"""The columns of a dataset; `.CastDataset` says what they mean."""
 
 
 class Manifest(BaseModel):
@@ -130,7 +132,7 @@ class DatasetDirectory(WorkDirectory):
                     stale.unlink()
 
     def read_manifest(self) -> Manifest:
-        """Return the manifest. Raises `InputError` if there is none, or none that this version understands."""
+        """Return the manifest. Raises `.InputError` if there is none, or none that this version understands."""
         try:
             return Manifest.model_validate_json(self.identity_path.read_bytes())
         except OSError as error:
@@ -158,7 +160,7 @@ class DatasetDirectory(WorkDirectory):
         return tables
 
     def write_part(self, part: int, table: pa.Table) -> None:
-        """Write a part. Raises `InputError` if that fails."""
+        """Write a part. Raises `.InputError` if that fails."""
         with self._writing(self._part_path(part)) as temporary:
             pq.write_table(table, temporary)
 

@@ -18,7 +18,7 @@ ELSEWHERE = "choose another directory (--out)"
 class WorkDirectory:
     """What directories of datasets and of runs have in common; `path` need not exist yet.
 
-    As a context manager it keeps other processes out, and raises `InputError` if one is at work there.
+    As a context manager it keeps other processes out, and raises `.InputError` if one is at work there.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class WorkDirectory:
         self._lock.release()
 
     def _is_begun(self) -> bool:
-        """Whether work has begun here. Raises `InputError` if something else is here."""
+        """Whether work has begun here. Raises `.InputError` if something else is here."""
         with self._errors_of_writing():
             there = self.path.iterdir() if self.path.exists() else ()
             entries = sorted(path.name for path in there if path.name[0] != ".")
@@ -61,26 +61,26 @@ class WorkDirectory:
         return bool(entries)
 
     def _check_same(self, old: Mapping[str, Any], new: Mapping[str, Any]) -> None:
-        """Raise `InputError` unless what is here, `old`, is what is wanted, `new`."""
+        """Raise `.InputError` unless what is here, `old`, is what is wanted, `new`."""
         for key, was, wanted in _differences(old, new):
             raise InputError(
                 f"{self.path} holds a {self.kind} with another {key} ({was!r}, not {wanted!r}); {ELSEWHERE}"
             )
 
     def _make_folders(self, *folders: Path) -> None:
-        """Make what is not there. Raises `InputError` if the system refuses."""
+        """Make what is not there. Raises `.InputError` if the system refuses."""
         with self._errors_of_writing():
             for folder in folders:
                 folder.mkdir(parents=True, exist_ok=True)
 
     def _write(self, path: Path, content: bytes) -> None:
-        """Write a file. Raises `InputError` if the system refuses."""
+        """Write a file. Raises `.InputError` if the system refuses."""
         with self._writing(path) as temporary:
             temporary.write_bytes(content)
 
     @contextmanager
     def _writing(self, path: Path) -> Iterator[Path]:
-        """Do as `replacing` does. Raises `InputError` if the system refuses."""
+        """Do as `replacing` does. Raises `.InputError` if the system refuses."""
         with self._errors_of_writing(), replacing(path) as temporary:
             yield temporary
 

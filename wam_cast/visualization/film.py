@@ -50,7 +50,7 @@ pixels weigh in the choice of a GIF's colours, beside all pixels."""
 
 
 def check_animation(path: str | Path) -> None:
-    """Raise `InputError` if `write_animation` could not write what the suffix of `path` asks for; before a long computation."""
+    """Raise `.InputError` if `write_animation` could not write what the suffix of `path` asks for; before a long computation."""
     if picture_format(path, FORMATS) == "mp4" and find_spec("av") is None:
         raise InputError(
             f"cannot write {path}: MP4 takes PyAV; pip install 'wam-cast[animation]', or choose a name that ends in .gif"

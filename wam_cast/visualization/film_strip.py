@@ -35,7 +35,7 @@ FRAME_SIZE = (480, 640)
 """Width and height of a rendered frame [pixels]."""
 
 TURN, ELEVATION = math.radians(14), math.radians(9)
-"""Of the frames' camera: see `view_rotation`."""
+"""Of the frames' camera: see `.view_rotation`."""
 
 BEFORE_LANDING = 0.02
 """How long before the landing the drop is shown [s]."""

@@ -30,7 +30,7 @@ def finite_part(recording: CastRecording) -> CastRecording:
 
 
 def without_turn(recording: CastRecording) -> CastRecording:
-    """Return the recording from the end of the turn on, with times [s] from there, as `Outcome.crossing_time` has them."""
+    """Return the recording from the end of the turn on, with times [s] from there, as `.Outcome.crossing_time` has them."""
     turning = min(int(np.sum(recording.stages == Stage.TURN)), len(recording.times) - 1)
     end_time = recording.outcome.end_time - float(recording.times[turning])
     recording = replace(recording, outcome=replace(recording.outcome, end_time=end_time))

@@ -24,6 +24,7 @@ from pydrake.multibody.tree import FixedOffsetFrame, Frame, SpatialInertia
 from pydrake.systems.framework import DiagramBuilder
 
 from wam_cast.robot.cup_mesh import cup_mesh
+from wam_cast.robot.drake_types import translation
 from wam_cast.robot.plant import N_ARM, fill_plant, hanging_positions
 from wam_cast.scenario import Cup, Scenario
 from wam_cast.simulation.recording import CastRecording
@@ -108,7 +109,7 @@ class CastScene:
 
     def _add_ceiling(self, height: float) -> None:
         """Hang the arm from something that can be seen."""
-        X_WCeiling = RigidTransform([0.0, 0.0, height + CEILING_THICKNESS / 2])
+        X_WCeiling = translation([0, 0, height + CEILING_THICKNESS / 2])
         patch = Cylinder(CEILING_RADIUS, CEILING_THICKNESS)
         self.plant.RegisterVisualGeometry(self.plant.world_body(), X_WCeiling, patch, "ceiling", CEILING_COLOR)
 
@@ -124,11 +125,11 @@ class CastScene:
         """Put the axis of the cup, or of the one that is lit, at world (x, y) [m], or hide it."""
         p_WC = OUT_OF_SIGHT if cup is None else (*cup, self._scenario.cup.rim_height)
         for name, is_seen in (("cup_mount", not is_lit), ("lit_cup_mount", is_lit)):
-            X_WMount = RigidTransform(p_WC if is_seen else OUT_OF_SIGHT)
+            X_WMount = translation(p_WC if is_seen else OUT_OF_SIGHT)
             self.plant.GetFrameByName(name).SetPoseInParentFrame(self._plant_context, X_WMount)
 
     def set_state(self, time: float, state: Array) -> None:
-        """Put the scene at `time` [s], with its plant in `state`, shape (n_x,), such as a row of `CastRecording.states`."""
+        """Put the scene at `time` [s], with its plant in `state`, shape (n_x,), such as a row of `.CastRecording.states`."""
         self._context.SetTime(time)
         self.plant.SetPositionsAndVelocities(self._plant_context, state)
 

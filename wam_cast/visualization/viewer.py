@@ -14,7 +14,7 @@ from wam_cast.visualization.camera import Camera, view_rotation
 from wam_cast.visualization.style import PAPER, Color
 
 TURN, ELEVATION = math.radians(28), math.radians(8)
-"""Of the page's first view: see `view_rotation`."""
+"""Of the page's first view: see `.view_rotation`."""
 
 FIELD_OF_VIEW = math.radians(30)
 """Of the page's camera, vertically."""

@@ -1,7 +1,7 @@
 """What kernel ridge regression is compared with: unfitted scikit-learn estimators for the landing along the casting plane.
 
 Each takes casts `[distance, speed, wait]` in SI units, shape (n, 3), and landings [m], shape (n,). `bounds` are the pair
-(lower, upper) that `cast_bounds` gives, which the inputs are scaled by.
+(lower, upper) that `.cast_bounds` gives, which the inputs are scaled by.
 """
 
 from __future__ import annotations

@@ -41,7 +41,7 @@ class NoiseStudy(Result):
         A row a model, fitted to noisy casts or to others: its `label`, `sigma` and `regularization`, `test_rmse` on noisy test
         casts with its bootstrap interval, and `noise_free_rmse` against landings without noise [m].
     regularization_curve
-        On noisy casts, an error curve as of `Selection`.
+        On noisy casts, an error curve as of `.Selection`.
     executions
         Trials with noise.
     """

@@ -61,7 +61,7 @@ def reproduce(
     quick
         With a tenth of the data.
     executor
-        Runs what can run in parallel, as for `generate_dataset`: by default processes on this machine. Its workers must share the
+        Runs what can run in parallel, as for `.generate_dataset`: by default processes on this machine. Its workers must share the
         file system, since they draw the figures too.
     on_progress
         Called as work is done.

@@ -76,7 +76,7 @@ def draw_performance(
         Signed distances of the landing from the cup's middle [m], positive beyond it, each of shape (n,); nan where the ball
         never landed, which is marked at the lower edge.
     statuses
-        What became of the casts, values of `Status`, n of them.
+        What became of the casts, values of `.Status`, n of them.
     cup_radius, ball_radius
         The cup's inner radius and the ball's [m].
     """

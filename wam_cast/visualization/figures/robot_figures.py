@@ -24,7 +24,7 @@ ROBOT_SIZE, SET_UP_SIZE = (760, 900), (1000, 1240)
 """Width and height of the rendered pictures [pixels]."""
 
 ROBOT_VIEW, SET_UP_VIEW = np.radians((30, 12)), np.radians((8, 6))
-"""Turn and elevation of their cameras: see `view_rotation`."""
+"""Turn and elevation of their cameras: see `.view_rotation`."""
 
 REACH, BEHIND, ASIDE = 0.95, 0.35, 0.25
 """How far in front of the base axis, behind it and to its sides the robot's picture reaches [m]."""

@@ -58,7 +58,7 @@ class Explorer:
     Attributes
     ----------
     cast, cup
-        What is chosen: the `Cast`, and world (x, y) of the cup's axis [m].
+        What is chosen: the `.Cast`, and world (x, y) of the cup's axis [m].
     prediction
         What the model says of it; none without a model.
     outcome
@@ -104,7 +104,7 @@ class Explorer:
     def choose(self, cast: Cast | None = None, cup: tuple[float, float] | None = None) -> None:
         """Choose a cast, moved to what is allowed, and a cup at world (x, y) [m]; the sliders follow.
 
-        Raises `InputError` if the cup's coordinates are not finite numbers.
+        Raises `.InputError` if the cup's coordinates are not finite numbers.
         """
         if cup is not None:
             self.cup = checked_cup(cup)

@@ -12,6 +12,7 @@ from wam_cast.arm_model import bearing_limits
 from wam_cast.cast import Cast
 from wam_cast.motion.stages import Stage
 from wam_cast.planning.landing_distribution import LandingStd
+from wam_cast.robot.drake_types import translation
 from wam_cast.robot.plant import make_arm_plant, starting_posture
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.recording import CastRecording
@@ -168,8 +169,8 @@ class ExplorerView:
         for name, color in (("predicted", PREDICTED), ("executed", EXECUTED)):
             path = f"{ROOT}/{name}"
             self.meshcat.SetObject(f"{path}/stem", Cylinder(WIDTH / 2, rim), Rgba(*color))
-            self.meshcat.SetTransform(f"{path}/stem", RigidTransform([0.0, 0.0, rim / 2]))
-            self.meshcat.SetTransform(f"{path}/rim", RigidTransform([0.0, 0.0, rim]))
+            self.meshcat.SetTransform(f"{path}/stem", translation([0, 0, rim / 2]))
+            self.meshcat.SetTransform(f"{path}/rim", translation([0, 0, rim]))
             self.meshcat.SetProperty(path, "visible", False)
         for height in ("floor", "rim"):
             dot = Cylinder(DOT_RADIUS, 2 * WIDTH)
@@ -188,7 +189,7 @@ class ExplorerView:
 
 def _placed(position: Position | Array, bearing: float) -> RigidTransform:
     """Return the pose of what stands at world (x, y) [m] on the floor, its x axis at `bearing` [rad]."""
-    return RigidTransform(RotationMatrix.MakeZRotation(bearing), [*position, 0.0])
+    return translation([*position, 0.0], RotationMatrix.MakeZRotation(bearing))
 
 
 def _ellipse(along: float, across: float) -> Array:

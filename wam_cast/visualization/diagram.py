@@ -16,12 +16,7 @@ FORMATS = ("svg", "png", "pdf", "dot")
 def write_graph(station: CastStation, path: str | Path) -> None:
     """Write a drawing of the diagram: its parts, ports and connections.
 
-    Parameters
-    ----------
-    station
-        What is drawn.
-    path
-        Its suffix chooses the format: .svg, .png and .pdf need Graphviz, .dot is Graphviz's own language.
+    The suffix of `path` chooses the format: .svg, .png and .pdf need Graphviz, .dot is Graphviz's own language.
 
     Raises
     ------

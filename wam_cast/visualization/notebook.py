@@ -65,12 +65,8 @@ class Explorable:
 def explore(draw: Callable[..., Figure], **sliders: Any) -> Explorable:
     """Return the sliders and, below them, the picture that `draw` makes of their values, anew whenever one moves.
 
-    Parameters
-    ----------
-    draw
-        Takes the sliders' values by name; the figure that it returns is closed once its picture is taken.
-    sliders
-        Widgets with a value.
+    The sliders are widgets with a value. `draw` takes these by name; the figure that it returns is closed once its picture is
+    taken.
     """
     from ipywidgets import Image  # the package works without
 

@@ -130,16 +130,10 @@ def _record(meshcat: Meshcat, casts: Sequence[CastRecording]) -> dict[str, list[
 
 
 def key_frames(positions: Array, tolerance: float) -> list[int]:
-    """Return frames between which straight lines are nowhere off by more than `tolerance` [m], in order.
+    """Return frames, in order, between which straight lines have each point within `tolerance` [m] of where it is then.
 
-    They are found as by Douglas and Peucker: where a line is off most, it is split. With all frames, three casts take 12 MB.
-
-    Parameters
-    ----------
-    positions
-        Of m points in n frames [m], shape (n, m, 3).
-    tolerance
-        Distance of a point in a frame from where the line between the frames about it has it then [m].
+    `positions` are those of m points in n frames [m], shape (n, m, 3). The frames are found as by Douglas and Peucker: where a
+    line is off most, it is split. With all frames, three casts take 12 MB.
     """
     kept = {0, len(positions) - 1}
     spans = [(0, len(positions) - 1)]
@@ -217,8 +211,7 @@ def _player(
 
 def _stage_starts(recording: CastRecording) -> dict[str, Any]:
     """Return how long a cast lasts and when each stage of it starts [s], by name, as the page's script takes it."""
-    times = recording.times
-    pieces = stage_pieces(recording.stages)
+    times, pieces = recording.times, stage_pieces(recording.stages)
     starts = [[round(float(times[piece.start]), 4), stage_name(stage)] for stage, piece in pieces]
     return {"duration": round(float(times[-1]), 4), "stages": starts}
 

@@ -47,9 +47,7 @@ def draw_side_view(
     _draw_landings(axes, recording, predicted_landing)
     # Not by the box: the layout knows it before the aspect does, and would cut off the legend below.
     axes.set_aspect("equal", adjustable="datalim")
-    axes.set_xlabel("along the casting plane [m]")
-    axes.set_ylabel("height above the floor [m]")
-    axes.set_title("In the casting plane")
+    axes.set(xlabel="along the casting plane [m]", ylabel="height above the floor [m]", title="In the casting plane")
     axes.spines[["top", "right"]].set_visible(False)
     handles = _legend_handles(recording, predicted_landing is not None)
     axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.09), ncols=3, frameon=False)

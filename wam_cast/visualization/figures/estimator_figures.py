@@ -36,14 +36,7 @@ SMALLEST_RMSE = 1e-4
 APART = 1.03
 """Each curve is drawn at this many times the number of casts of the one before it, so that their bars do not hide each other."""
 
-DESCENT_LINE: Any = {
-    "color": INK,
-    "linewidth": 0.7,
-    "marker": "o",
-    "markersize": 4.0,
-    "markerfacecolor": "white",
-    "markeredgewidth": 0.7,
-}
+DESCENT: Any = {"color": INK, "linewidth": 0.7, "markersize": 4.0, "markerfacecolor": "white", "markeredgewidth": 0.7}
 
 
 def draw_error_curve(
@@ -74,7 +67,7 @@ def draw_error_curve(
         axes.plot(x, curves[name] * CM, label=name, **(style | {"marker": ""}))
     for number, (steps, rmse) in enumerate(descents):
         label = ("descents" if len(descents) > 1 else "descent") if number == 0 else "_"
-        axes.plot(steps, rmse * CM, label=label, **DESCENT_LINE)
+        axes.plot(steps, rmse * CM, "o-", label=label, **DESCENT)
     for (name, value), line in zip((chosen or {}).items(), (CHOSEN_LINE, OTHER_CHOSEN_LINE), strict=False):
         axes.axvline(value, label=f"chosen by {name}: {value:.3g}", **line)
     use_log_axes(axes)
@@ -96,18 +89,9 @@ def draw_learning_curves(
 ) -> None:
     """Draw errors over the number of training casts, both on logarithmic axes, with a bar for the range of each.
 
-    The curves stand slightly beside each other, the middle one at the numbers of casts.
-
-    Parameters
-    ----------
-    n_train
-        Numbers of training casts, shape (n,).
-    curves
-        By name; may hold nan.
-    ylabel
-        What the errors are, with their unit, which is cm.
-    paper
-        The paper's test RMSE [m] with its number of training casts, or none.
+    The curves, by name, stand slightly beside each other, the middle one at the numbers of casts `n_train`, shape (n,); they
+    may hold nan. `ylabel` says what the errors are, with their unit, which is cm; `paper` is the paper's test RMSE [m] with its
+    number of training casts, or none.
     """
     for number, (name, style) in enumerate(curve_styles(curves).items()):
         curve, x = curves[name], n_train * APART ** (number - (len(curves) - 1) / 2)
@@ -123,14 +107,8 @@ def draw_learning_curves(
 def draw_polynomials(axes: Axes, degrees: Array, curves: Mapping[str, Array], *, paper: float | None = None) -> None:
     """Draw the errors of polynomials over their degree; errors below `SMALLEST_RMSE` are marked at the lower edge.
 
-    Parameters
-    ----------
-    degrees
-        Shape (n,).
-    curves
-        By name, the RMSE [m] at each degree, shape (n,); may hold nan.
-    paper
-        The paper's test RMSE [m] at its best degree, or none.
+    `curves` are, by name, the RMSE [m] at each of the `degrees`, all of shape (n,); they may hold nan. `paper` is the paper's
+    test RMSE [m] at its best degree, or none.
     """
     styles = curve_styles(curves)
     for name, curve in curves.items():
@@ -185,7 +163,6 @@ def draw_comparison(
     axes.set_xscale("log")
     mark_log_axis(axes.xaxis)
     axes.set_yticks(rows, names)
-    axes.set_ylim(len(names) - 0.5, -0.5)
     axes.grid(axis="x")
-    axes.set_xlabel("test RMSE [cm]")
+    axes.set(ylim=(len(names) - 0.5, -0.5), xlabel="test RMSE [cm]")
     draw_legend(axes, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)

@@ -105,7 +105,7 @@ def _has_room(shares: Array, is_allowed: NDArray[np.bool_]) -> NDArray[np.bool_]
 
 def draw_landing_scale(axes: Sequence[Axes], levels: Array) -> None:
     """Draw one colour bar beside several axes of `draw_landing_map` that have the same `levels` [m]."""
-    _draw_scale(axes, _landing_norm(levels), "predicted landing [m]")
+    axes[0].figure.colorbar(ScalarMappable(_landing_norm(levels), COLORS), ax=list(axes), label="predicted landing [m]")
 
 
 def draw_family(
@@ -158,7 +158,7 @@ def draw_search(axes: Axes, path: Array, waits: Array, *, is_named: bool = True)
 
 def draw_wait_scale(axes: Sequence[Axes], waits: Array) -> None:
     """Draw one colour bar beside several axes of `draw_family` that have the same `waits` [s]."""
-    _draw_scale(axes, _wait_norm(waits), "wait [ms]")
+    axes[0].figure.colorbar(ScalarMappable(_wait_norm(waits), COLORS), ax=list(axes), label="wait [ms]")
 
 
 def _landing_norm(levels: Array) -> Normalize:
@@ -167,7 +167,3 @@ def _landing_norm(levels: Array) -> Normalize:
 
 def _wait_norm(waits: Array) -> Normalize:
     return Normalize(float(np.min(waits)) * MS, float(np.max(waits)) * MS)
-
-
-def _draw_scale(axes: Sequence[Axes], norm: Normalize, label: str) -> None:
-    axes[0].figure.colorbar(ScalarMappable(norm, COLORS), ax=list(axes), label=label)

@@ -59,16 +59,10 @@ ROOT = "/explorer"
 
 
 class ExplorerView:
-    """The scene of one scenario in a Meshcat of its own.
+    """The scene of a scenario in a Meshcat of its own.
 
-    Parameters
-    ----------
-    scenario
-        What is shown.
-    reach
-        Smallest and largest distance of a cup from the base axis [m] that can be planned for; none if that is not known.
-    farthest
-        Largest distance of a cup that must be seen [m].
+    `reach` are the smallest and largest distance of a cup from the base axis [m] that can be planned for, none if that is not
+    known; `farthest` is the largest that must be seen [m].
     """
 
     def __init__(self, scenario: Scenario, reach: tuple[float, float] | None, farthest: float) -> None:

@@ -46,16 +46,10 @@ class Slider:
 
 
 class Panel:
-    """Controls of one page; with several browsers open they are the same in all.
+    """Controls of the page of a `meshcat`; with several browsers open they are the same in all.
 
-    Parameters
-    ----------
-    meshcat
-        Whose page it is.
-    sliders
-        By key, from the top; they start at their lowest value.
-    buttons
-        Their names, below the sliders, and the key on the keyboard, such as `KeyC`, that presses each of them.
+    The `sliders`, by key, come from the top and start at their lowest value. Below them are the `buttons`: their names, and the
+    key on the keyboard, such as `KeyC`, that presses each of them.
     """
 
     def __init__(self, meshcat: Meshcat, sliders: Mapping[str, Slider], buttons: Mapping[str, str]) -> None:

@@ -24,7 +24,14 @@ import numpy as np
 
 import wam_cast as wc
 
-RENAMED: dict[str, str] = {}
+RENAMED = {
+    "peak_load": "peak_torque_utilization",
+    "peak_speed": "peak_velocity_utilization",
+    "predicted_spread": "predicted_std",
+    "predicted_peak_load": "predicted_peak_torque_utilization",
+    "predicted_peak_speed": "predicted_peak_velocity_utilization",
+    "clear_entry_probability": "rim_clear_probability",
+}
 """New names of fields and columns by their old ones."""
 
 SIZES = {"casts": 200, "plans": 60, "outcomes": 40, "sequences": 10}

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import io
 import json
+import tokenize
+import zipfile
+import zlib
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -21,6 +24,11 @@ FORMAT = "wam_cast forward model 4"
 
 ARRAYS = ("training_casts", "training_outputs", "training_log_ratios")
 """What the archive holds beside its header: fields of `StoredModel`."""
+
+
+OTHER_VALUES = (ValueError, TypeError, LookupError, AttributeError)
+NOT_AN_ARCHIVE = (*OTHER_VALUES, OSError, EOFError, zipfile.BadZipFile, zlib.error, SyntaxError, tokenize.TokenError)
+"""What JSON, zip and numpy raise for bytes that are something else."""
 
 
 @dataclass(frozen=True)
@@ -94,13 +102,12 @@ def read_model(path: str | Path) -> StoredModel:
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise InputError(f"model {path}: {reason}; name a file that wam-cast fit wrote") from None
-    # Of bytes that are something else, numpy, zip and JSON raise more kinds of errors than one would list.
     try:
         with np.load(io.BytesIO(content), allow_pickle=False) as file:
             header = json.loads(str(file["header"]))
             arrays = [np.asarray(file[name], dtype=float) for name in ARRAYS if name in file]
         written_as = str(header["format"])
-    except Exception:
+    except NOT_AN_ARCHIVE:
         raise _not_a_model(path) from None
     if written_as != FORMAT:
         raise InputError(
@@ -111,7 +118,7 @@ def read_model(path: str | Path) -> StoredModel:
         nearest, farthest = (float(radius) for radius in header["reach"])
         info = Fit(**header["info"] | {"sigma": tuple(float(sigma) for sigma in header["info"]["sigma"])})
         uncertainty = ErrorFit(**header["uncertainty"] | {"sigma": tuple(header["uncertainty"]["sigma"])})
-    except Exception:
+    except OTHER_VALUES:
         raise _not_a_model(path) from None
     if [array.shape for array in arrays] != [(info.n_train, 3), (info.n_train, len(OUTPUTS)), (info.n_train,)]:
         raise _not_a_model(path)

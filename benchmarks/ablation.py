@@ -9,7 +9,7 @@ import argparse
 from pathlib import Path
 
 import pandas as pd
-from planners.ablation import ablate, summarize
+from planners.variants import ablate, summarize
 from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table

@@ -134,6 +134,17 @@ def test_a_plan_that_is_not_expected_to_land_says_why_and_exits_with_1(cli, monk
     assert cli("plan", "--cup", "0.75", "--json").code == 1
 
 
+def test_one_plan_of_several_that_is_not_expected_to_land_makes_the_code_1(cli, monkeypatch):
+    real = wc.plan_cast
+
+    def plan(model, cup, method, solver):
+        return replace(real(model, cup, "gradient"), is_feasible=cup[0] < 0.7)
+
+    monkeypatch.setattr(wc, "plan_cast", plan)
+    assert cli("plan", "--cup", "0.6", "--cup", "0.75").code == 1
+    assert cli("plan", "--cup", "0.6", "--cup", "0.65").code == 0
+
+
 # --- throw
 
 

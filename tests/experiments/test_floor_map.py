@@ -185,3 +185,12 @@ def test_real_casts_are_caught_and_depend_neither_on_the_bearing_nor_on_the_numb
         plan = plan_cast(model, (radius, 0.0), "gradient")
         cast = replace(plan.cast, bearing=plan.cast.bearing + left.cup_bearing)
         assert wc.simulate_cast(Scenario(), cast, turned, noise_seed=left.noise_seed).miss == left.miss
+
+
+def test_a_planner_of_ones_own_is_told_by_its_name(floor_without_physics, monkeypatch, model):
+    def first_in_memory(model, radius):
+        return model.training_casts[np.argmin(np.abs(model.training_outputs[:, 0] - radius))]
+
+    monkeypatch.setattr(module, "plan_cast", plan_cast)
+    floor = map_floor(model, MapSize(2, 2, 1), method=first_in_memory)
+    assert json.loads(json.dumps(floor.record()))["planner"] == "first_in_memory"

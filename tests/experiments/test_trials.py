@@ -119,8 +119,8 @@ def test_a_ball_is_clear_up_to_the_clear_width(bearing, share):
     there = trial((0.7, bearing), bearing)
     along = share * clearance(Scenario(), 0.5)
     (width,) = clearance_across(Scenario(), 0.5, np.array([along]))
-    for across, is_clear in ((0.98 * width, True), (-0.98 * width, True), (1.02 * width, False)):
-        landing = R @ [0.7 + along, across]
+    for across, is_clear in ((0.98, True), (-0.98, True), (1.02, False), (-1.02, False)):
+        landing = R @ [0.7 + along, across * width]
         row = trial_row(Scenario(), there, fake(landing, entry_angle=0.5))
         assert row["entered_rim_clear"] is is_clear
 

@@ -12,6 +12,7 @@ from wam_cast.arm_model import models_directory
 from wam_cast.cast import Cast
 from wam_cast.motion.stages import CastMotion, Stage
 from wam_cast.robot.controller import DIFFERENTIALS, ArmController, CastController, saturate, torque_utilization
+from wam_cast.robot.plant import starting_posture
 from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Scenario
 
@@ -380,3 +381,26 @@ def test_simulating_writes_no_attribute():
     assert all(after[name] is before[name] for name in before)
     for name, value in arrays.items():
         np.testing.assert_array_equal(after[name], value)
+
+
+class Meddler(CastController):
+    """Leaves its own model of the arm in another state than the one that was measured."""
+
+    def torque(self, arm, desired):
+        torque = super().torque(arm, desired)
+        arm.plant.SetPositionsAndVelocities(arm.context, np.zeros(14))
+        return torque
+
+
+def test_what_a_torque_does_to_the_model_changes_no_other_output():
+    ours, meddler = CastController(Scenario()), Meddler(Scenario())
+    state = np.concatenate([starting_posture(ours.plant, Scenario()), 0.1 * np.ones(7)])
+    found = []
+    for controller in (ours, meddler):
+        context = controller.CreateDefaultContext()
+        controller.GetInputPort("arm_state").FixValue(context, state)
+        outputs = [controller.GetOutputPort(name).Eval(context) for name in ("actuation", "hand")]
+        context.SetTime(0.1)
+        found.append([*outputs, controller.GetOutputPort("actuation").Eval(context)])
+    for one, other in zip(*found, strict=True):
+        np.testing.assert_array_equal(one, other)

@@ -23,7 +23,7 @@ from wam_cast.parallel.workers import Workers
 from wam_cast.planning.plan import Method, Plan, plan_cast
 from wam_cast.planning.prediction import Predictor
 from wam_cast.planning.reach import Reach
-from wam_cast.planning.solution import Solver
+from wam_cast.planning.solution import Planner, Solver
 
 OnProgress = Callable[[str, int, int], None]
 """Takes what is being done, how much of it is done, and how much there is."""
@@ -113,7 +113,7 @@ def map_floor(
     model: Predictor,
     size: MapSize | None = None,
     *,
-    method: Method = "program",
+    method: Method | Planner = "program",
     solver: Solver | None = None,
     seed: int = 0,
     executor: Executor | Workers | None = None,
@@ -159,7 +159,7 @@ def map_floor(
         radii=(reach.nearest, reach.farthest),
         bearings=(reach.lowest, reach.highest),
         is_noisy=scenario.noise.is_on,
-        planner=method,
+        planner=plans[0].method,
         seed=seed,
         casts=lost_as_diverged(casts),
     )

@@ -44,6 +44,7 @@ from wam_cast.planning.landing_distribution import clearance, clearance_across
 from wam_cast.planning.plan import Method, Plan, plan_cast
 from wam_cast.planning.prediction import Predictor
 from wam_cast.planning.reach import Reach
+from wam_cast.planning.solution import Planner
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.outcome import Outcome, Status
 from wam_cast.simulation.simulator import simulate_cast
@@ -79,7 +80,7 @@ class Thrower:
     """Who plans for which cups: a planner with a model, and what a study calls them."""
 
     label: str
-    planner: Method
+    planner: Method | Planner
     model: Predictor
     cups: Sequence[Polar]
 

@@ -14,7 +14,7 @@ from scipy.linalg.lapack import dposv
 
 from wam_cast.cast import Cast
 from wam_cast.motion.stages import CastMotion
-from wam_cast.robot.drake_types import declare_cache_entry, evaluate, held
+from wam_cast.robot.drake_types import declare_cache_entry, evaluate
 from wam_cast.robot.plant import N_ARM, make_arm_plant, starting_posture
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array
@@ -34,10 +34,10 @@ def saturate(torque: Array, limits: Array) -> Array:
 
 def torque_utilization(torque: Array, limits: Array) -> Array:
     """Return the utilization of each joint's motors by `torque`, shape (..., 7); a differential's joints have the pair's."""
-    load = np.abs(torque) / limits
+    utilization = np.abs(torque) / limits
     for a, b in DIFFERENTIALS:
-        load[..., a] = load[..., b] = load[..., a] + load[..., b]
-    return np.asarray(load)
+        utilization[..., a] = utilization[..., b] = utilization[..., a] + utilization[..., b]
+    return np.asarray(utilization)
 
 
 class MeasuredArm:
@@ -136,8 +136,13 @@ class ArmController(LeafSystem):
         time, arm_state = self.time_ticket(), self._input.ticket()
         cast = self.numeric_parameter_ticket(NumericParameterIndex(self._cast_index))
         self._motion = declare_cache_entry(self, "motion", object, self._calc_motion, {cast})  # 1.58 refuses None
+        # Not a result but a place to compute in, one for each context: whoever uses it measures first.
         self._arm = declare_cache_entry(
-            self, "measured arm", lambda: MeasuredArm(self.plant), self._calc_arm, {arm_state}
+            self,
+            "measured arm",
+            lambda: MeasuredArm(self.plant),
+            lambda _context, _value: None,
+            {self.nothing_ticket()},
         )
         self.DeclareVectorOutputPort("actuation", N_ARM, self._calc_actuation, {time, cast, arm_state})
         self.DeclareVectorOutputPort("hand", 6, self._calc_hand, {arm_state})
@@ -178,15 +183,17 @@ class ArmController(LeafSystem):
         time, motion = context.get_time(), evaluate(self._motion, context)
         return Desired(*self.hand_desired(time, motion), time, motion)
 
-    def _calc_arm(self, context: Context, value: AbstractValue) -> None:
-        held(value).measure(evaluate(self._input, context))
+    def _measured_arm(self, context: Context) -> MeasuredArm:
+        arm: MeasuredArm = evaluate(self._arm, context)
+        arm.measure(evaluate(self._input, context))
+        return arm
 
     def _calc_actuation(self, context: Context, output: BasicVector) -> None:
-        torque = self.torque(evaluate(self._arm, context), self._desired(context))
+        torque = self.torque(self._measured_arm(context), self._desired(context))
         output.SetFromVector(saturate(torque, self.torque_limits))
 
     def _calc_hand(self, context: Context, output: BasicVector) -> None:
-        arm: MeasuredArm = evaluate(self._arm, context)
+        arm = self._measured_arm(context)
         output.SetFromVector(np.concatenate([arm.p_WE, arm.v_WE]))
 
     def _calc_hand_desired(self, context: Context, output: BasicVector) -> None:

@@ -1,4 +1,4 @@
-"""A directory for one piece of work: the same work goes on there, other work is refused, and two do not work there at once."""
+"""A directory for one piece of work: the same work goes on there, other work is refused, and a lock keeps a second process out."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ ELSEWHERE = "choose another directory (--out)"
 class WorkDirectory:
     """What directories of datasets and of runs have in common; `path` need not exist yet.
 
-    As a context manager it keeps other processes out, and raises `.InputError` if one is at work there.
+    As a context manager it keeps other processes out, and raises `.InputError` if one is at work there; a run of the experiment
+    is one for as long as it lasts, a dataset is not yet.
 
     Attributes
     ----------

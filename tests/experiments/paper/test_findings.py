@@ -81,7 +81,7 @@ def test_explanation_adds_up():
     assert "14.0 mm from the middle" in text  # all of it
     assert f"{math.degrees(0.5):.0f}°" in text
     assert "29°" in text
-    assert "clear the rim by 10 mm" in text
+    assert "clears the rim up to 10 mm from the middle" in text
 
 
 def test_explanation_names_what_else_went_wrong():

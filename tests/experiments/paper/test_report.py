@@ -193,6 +193,8 @@ def test_the_papers_polynomial_is_judged_by_the_numbers_beside_it(write, mean, c
         ([0.003, 0.002, 0.0017, 0.005, 0.03], "explain all of its 2.24 cm"),
         ([0.003, 0.002, 0.0017, 0.002, 0.0021], None),
         ([None, 0.002, 0.0017, 0.002, None], None),
+        ([1e-4, 1e-4, 1e-4, 1e-4, 3e-4], None),  # no part of 2.24 cm
+        ([0.03, 0.03, 0.03, 0.03, 0.1], None),  # a small one errs as much
     ],
 )
 def test_a_large_lambda_explains_only_what_the_curve_shows(write, errors, words):
@@ -201,15 +203,16 @@ def test_a_large_lambda_explains_only_what_the_curve_shows(write, errors, words)
     assert (words or "") in markdown
 
 
-@pytest.mark.parametrize("n_fast", [0, 4])
-def test_the_worst_casts_are_called_fast_if_they_are(write, n_fast):
+@pytest.mark.parametrize("n_fast", [0, 4, 80])
+def test_the_worst_casts_are_called_fast_if_they_are_and_others_are_not(write, n_fast):
     def change(content):
         held_out = content["comparison"]["held_out"]
         held_out["residual"] = [0.1] * 4 + [0.001] * 76
         held_out["speed"] = [0.8] * n_fast + [0.4] * (80 - n_fast)
 
     markdown = write(change)
-    assert f"Of these {25 * n_fast} % are faster than 0.7 m/s, of all casts {100 * n_fast / 80:.0f} %" in markdown
+    share = 25 * min(n_fast, 4)
+    assert f"Of these {share} % are faster than 0.7 m/s, of all casts {100 * n_fast / 80:.0f} %" in markdown
     assert ("errs most where the hand is fast" in markdown) is (n_fast == 4)
 
 
@@ -253,6 +256,16 @@ def test_intervals_are_too_wide_or_too_narrow_by_their_coverage(write, off, word
     assert f"KRR: intervals hold {words}" in markdown
     assert ("too wide, the curve is above the diagonal" in markdown) is (off == 0.1)
     assert ("too narrow, the curve is below the diagonal" in markdown) is (off == -0.1)
+
+
+def test_a_curve_that_crosses_the_diagonal_is_on_neither_side(write):
+    def change(content):
+        shares = content["comparison"]["coverage"]
+        content["comparison"]["empirical"] = {"KRR": [shares[0] - 0.01, *(share + 0.1 for share in shares[1:])]}
+
+    markdown = write(change)
+    assert "they are too wide." in markdown
+    assert "the diagonal" not in markdown
 
 
 def test_the_side_of_the_descents_plans_is_counted(write):

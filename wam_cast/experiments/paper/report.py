@@ -152,7 +152,7 @@ def explain(trial: Record, scenario: Scenario, others: str = "the model") -> str
     return (
         f"{plan}; {others} added {_signed_mm(error)} mm along and {_signed_mm(trial['executed_across'])} mm across; the ball came "
         f"in {1e3 * trial['executed_miss']:.1f} mm from the middle, at {math.degrees(trial['entry_angle']):.0f}° from the "
-        f"vertical; falling straight down it would clear the rim by {1e3 * clear_radius(scenario):.0f} mm"
+        f"vertical; a ball that falls straight down clears the rim up to {1e3 * clear_radius(scenario):.0f} mm from the middle"
     )
 
 

@@ -6,8 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
-from planners import ablation as module
-from planners.ablation import VARIANTS, ablate, summarize
+from planners import variants as module
+from planners.variants import VARIANTS, ablate, summarize
 
 from wam_cast.experiments.trials import draw_cups, trial_row
 from wam_cast.planning.program import TERMS

@@ -35,7 +35,7 @@ OTHERS = (
 )
 ABBREVIATIONS = (
     r"AbstractValue|Any|Array|Picture|ArrayLike|Axes|Axis|Figure|NDArray|Path|np\.bool_|object_|"
-    r"(float|u?int|complex)\d+|.*\.[RT]"
+    r"(float|u?int|complex)\d+|.*\.[RST]|pd\..*|.*<locals>.*"
 )
 PRIVATE = r"lambda|.*\._\w+"  # in the types of what pydantic checks by a function
 nitpick_ignore_regex = [

@@ -62,3 +62,5 @@ def test_an_estimators_old_methods(old):
         method = getattr(ridge, old)
     for was, now in zip(method([[1.0]]), ridge.linearize([[1.0]]), strict=True):
         np.testing.assert_array_equal(was, now)
+    with pytest.warns(DeprecationWarning, match="linearize"):
+        np.testing.assert_array_equal(ridge.predict_gradient([[1.0]]), ridge.linearize([[1.0]])[1])

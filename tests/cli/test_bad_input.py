@@ -32,7 +32,7 @@ WORDS = {
     "throw": ["--cup", "wam-cast throw --help"],
     "plan --cup 0.7 --solver gurobi": ["--solver", "gurobi", "snopt", "ipopt", "nlopt"],
     "plan --cup 0.7 --planner gradient --solver snopt": ["solver 'snopt'", "'gradient' has none"],
-    "plan --cup 0.7 --planner newton": ["--planner", "newton", "program", "gradient"],
+    "plan --cup 0.7 --planner newton": ["'--planner': 'newton'", "program", "gradient"],
     "plan --cup 0.7 --color": ["--color", "wam-cast plan --help"],
     "cast --cup 0.7": ["cast", "wam-cast --help"],
     "--json plan": ["--json", "wam-cast --help"],

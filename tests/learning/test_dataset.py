@@ -217,6 +217,16 @@ def test_the_directory_reads_as_it_stands_and_says_what_it_is(no_physics, tmp_pa
     }
 
 
+def test_a_dataset_of_another_format_is_refused_with_the_command_that_makes_it_anew(no_physics, tmp_path):
+    generate(60, tmp_path)
+    path = tmp_path / "manifest.json"
+    path.write_text(path.read_text().replace('"format": 2', '"format": 1'))
+    command = "wam-cast generate --casts 60 --seed 0 --out DIR"
+    for use in (lambda: CastDataset.load(tmp_path), lambda: generate(60, tmp_path)):
+        with pytest.raises(InputError, match=f"of format 1, this version reads 2.*{command}"):
+            use()
+
+
 def test_an_interrupted_run_resumes_to_identical_bytes(no_physics, tmp_path):
     generate(170, tmp_path / "whole")
 

@@ -36,7 +36,7 @@ def _run(words: list[str]) -> int:
             raise
         context = getattr(error, "ctx", None)
         command = "wam-cast" if context is None else context.command_path
-        message = error.format_message().rstrip(".")
+        message = error.format_message().replace("Value error, ", "").rstrip(".")
         if re.search(r"option: -[\d.]", message):
             message += " (a cup is one word: --cup 0.60,-0.25)"
         line = f"{message[:1].lower()}{message[1:]}; see `{command} --help`"

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from wam_cast.experiments.floor_map import FloorMap
-from wam_cast.visualization.figures.floor_figures import draw_chances, draw_floor, draw_offsets
+from wam_cast.visualization.figures.floor_figures import draw_floor, draw_offsets, draw_rim_clear_probability
 from wam_cast.visualization.figures.plot_style import ABOVE, draw_legend
 from wam_cast.visualization.picture_files import write_figure
 from wam_cast.visualization.style import figure_style
@@ -43,7 +43,7 @@ def draw_floor_picture(floor: FloorMap) -> Figure:
     rings = floor.rings
     low, high = np.array(rings["hit_interval"].tolist()).T
     radii, probability, rate = (rings[name].to_numpy() for name in ("radius", "rim_clear_probability", "hit_rate"))
-    draw_chances(chances, radii, probability, rate, low, high)
+    draw_rim_clear_probability(chances, radii, probability, rate, low, high)
     right.align_ylabels()
     return figure
 

@@ -6,7 +6,7 @@ inside the estimator, the paper's kernel width, ARD length scales, the analytic 
 and leave-one-out residuals without refits.
 """
 
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -130,6 +130,11 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
 
     expand = renamed("expand", "linearize")
     predict_with_gradient = renamed("predict_with_gradient", "linearize")
+
+    @property
+    def predict_gradient(self) -> Any:
+        """Deprecated: it is the second part of what `linearize` returns."""
+        return lambda X: self.predict_with_gradient(X)[1]
 
     def linearize(self, X: ArrayLike) -> tuple[Array, Array]:
         """Predict the targets and differentiate them, quickly for the few inputs that an optimizer asks about.

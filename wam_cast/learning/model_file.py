@@ -111,7 +111,7 @@ def read_model(path: str | Path) -> StoredModel:
         raise _not_a_model(path) from None
     if written_as != FORMAT:
         raise InputError(
-            f"model {path}: is a {written_as!r}, this version reads {FORMAT!r}; fit it anew with: wam-cast fit"
+            f"model {path}: is a {written_as!r}, this version reads {FORMAT!r}; fit it anew with: wam-cast fit DATASET --out FILE"
         )
     try:
         values, fingerprint = header["scenario"], str(header["fingerprint"])

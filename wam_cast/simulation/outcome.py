@@ -33,7 +33,7 @@ class Status(StrEnum):
     NEVER_CROSSED = "never_crossed"
     """The ball did not come down to the rim plane before the end of the hold."""
     LIMIT_HIT = "limit_hit"
-    """A joint left its range or its speed limit, or a motor saturated, wherever the ball went: see `Outcome.limits_hit`."""
+    """A joint left its range or its velocity limit, or a motor saturated, wherever the ball went: see `Outcome.limits_hit`."""
     DIVERGED = "diverged"
     """The simulation diverged."""
 

@@ -11,6 +11,7 @@ Every file is there in full or not at all.
 
 from __future__ import annotations
 
+import json
 import platform
 from importlib.metadata import version
 from pathlib import Path
@@ -24,6 +25,9 @@ from wam_cast.errors import InputError, describe_validation
 from wam_cast.scenario import Scenario
 from wam_cast.storage.work_directory import ELSEWHERE, WorkDirectory
 from wam_cast.version import __version__
+
+FORMAT: Final = 2
+"""Version of the directory's layout and of the columns."""
 
 ROWS_PER_PART: Final = 50
 """Few enough that an interrupted run loses little."""
@@ -69,7 +73,7 @@ class Manifest(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    format: Literal[2] = 2
+    format: Literal[2] = FORMAT
     fingerprint: str
     seed: NonNegativeInt
     n_casts: PositiveInt
@@ -134,7 +138,9 @@ class DatasetDirectory(WorkDirectory):
     def read_manifest(self) -> Manifest:
         """Return the manifest. Raises `.InputError` if there is none, or none that this version understands."""
         try:
-            return Manifest.model_validate_json(self.identity_path.read_bytes())
+            text = self.identity_path.read_bytes()
+            self._check_format(text)
+            return Manifest.model_validate_json(text)
         except OSError as error:
             raise InputError(
                 f"{self.path} is not a dataset (manifest.json: {error.strerror}); "
@@ -145,6 +151,19 @@ class DatasetDirectory(WorkDirectory):
                 f"dataset {self.path}: manifest.json cannot be used ({describe_validation(error)}); "
                 f"generate the dataset again into another directory"
             ) from None
+
+    def _check_format(self, manifest: bytes) -> None:
+        """Raise `.InputError` with the command that makes the dataset anew if it is of another format."""
+        try:
+            values = json.loads(manifest)
+            found, n_casts, seed = values["format"], values["n_casts"], values["seed"]
+        except (ValueError, LookupError, TypeError):
+            return  # no manifest at all: pydantic says what is wrong with it
+        if found != FORMAT:
+            raise InputError(
+                f"dataset {self.path}: of format {found!r}, this version reads {FORMAT}; make it anew with `wam-cast generate "
+                f"--casts {n_casts} --seed {seed} --out DIR`, with its --scenario if it has one"
+            )
 
     def read_parts(self, n_casts: int) -> list[pa.Table | None]:
         """Return the parts of a dataset of `n_casts`; None for those that are missing, unreadable, or not complete."""

@@ -11,10 +11,10 @@ from wam_cast.scenario import Scenario
 from wam_cast.simulation.outcome import Status
 from wam_cast.visualization.figures.execution_figures import (
     MARKERS,
-    draw_clear_entry,
     draw_landing_scatter,
     draw_miss_distribution,
     draw_performance,
+    draw_rim_clear_entry,
 )
 
 # --- performance
@@ -114,7 +114,7 @@ def entry(axes):
     axes.figure.set_size_inches(3.6, 4.8)
     landings = np.array([0.001, -0.002]), np.array([0.0, 0.003])
     expected = {"std": (0.005, 0.002), "predicted": (-0.009, 0.001)}
-    draw_clear_entry(axes, cup_radius=CUP, ball=SWEPT, clear=(ALONG, HALF), **expected, landings=landings)
+    draw_rim_clear_entry(axes, cup_radius=CUP, ball=SWEPT, clear=(ALONG, HALF), **expected, landings=landings)
     return axes
 
 
@@ -159,5 +159,5 @@ def test_it_reads_well(entry, legend_of, assert_reads_well, assert_apart, assert
 
 def test_a_ball_that_cannot_enter_clear_has_no_region(axes, legend_of):
     nowhere = ALONG, np.full_like(ALONG, -np.inf)
-    draw_clear_entry(axes, cup_radius=CUP, ball=(0.031, 0.02), clear=nowhere, std=(0.005, 0.002))
+    draw_rim_clear_entry(axes, cup_radius=CUP, ball=(0.031, 0.02), clear=nowhere, std=(0.005, 0.002))
     assert legend_of(axes) == ["cup's rim", "swept by the ball", "2 standard deviations"]

@@ -13,7 +13,7 @@ from wam_cast.errors import InputError
 from wam_cast.experiments.floor_map import MapSize, map_floor
 from wam_cast.experiments.floor_picture import draw_floor_picture, write_floor_picture
 from wam_cast.scenario import Noise, Scenario
-from wam_cast.visualization.figures.floor_figures import draw_chances, draw_floor, draw_offsets
+from wam_cast.visualization.figures.floor_figures import draw_floor, draw_offsets, draw_rim_clear_probability
 from wam_cast.visualization.style import figure_style
 
 RADII, PROBABILITY = np.array([0.2, 0.6, 1.0]), np.array([0.9, 0.5, 0.1])
@@ -116,7 +116,7 @@ def test_tiny_offsets_are_not_blown_up(axes):
 
 def test_chances_and_rates_are_in_percent_with_their_intervals(axes, line_of, legend_of, assert_reads_well):
     rate = np.array([1.0, 0.5, 0.0])
-    draw_chances(axes, RADII, PROBABILITY, rate, np.array([0.7, 0.2, 0.0]), np.array([1.0, 0.8, 0.3]))
+    draw_rim_clear_probability(axes, RADII, PROBABILITY, rate, np.array([0.7, 0.2, 0.0]), np.array([1.0, 0.8, 0.3]))
     np.testing.assert_allclose(line_of(axes, "rim-clear entry, predicted"), np.column_stack([RADII, [90, 50, 10]]))
     (container,) = axes.containers
     np.testing.assert_allclose(container[0].get_xydata(), np.column_stack([RADII, [100, 50, 0]]))

@@ -143,7 +143,7 @@ def draw_landing_scatter(axes: Axes, along: Array, across: Array, *, clear_radiu
     draw_legend(axes, ncols=2, **ABOVE)
 
 
-def draw_clear_entry(
+def draw_rim_clear_entry(
     axes: Axes,
     *,
     cup_radius: float,

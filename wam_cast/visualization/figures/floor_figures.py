@@ -129,7 +129,9 @@ def draw_offsets(
     axes.set(ylim=(-view, view), ylabel=f"{direction} [mm]")
 
 
-def draw_chances(axes: Axes, radii: Array, probability: Array, rate: Array, low: Array, high: Array) -> None:
+def draw_rim_clear_probability(
+    axes: Axes, radii: Array, probability: Array, rate: Array, low: Array, high: Array
+) -> None:
     """Draw the probability to clear the rim and the measured hit rate with its interval, all of shape (n,), over radii [m]."""
     axes.plot(radii, probability * PERCENT, color=DARK, label="rim-clear entry, predicted")
     errors = np.clip(np.vstack([rate - low, high - rate]), 0.0, None) * PERCENT

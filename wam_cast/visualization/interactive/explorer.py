@@ -194,10 +194,10 @@ class Explorer:
         """Return the page's text: a note or the last cast's end, the cup, the prediction, and what the colours mean."""
         state = "open the controls, and cast" if self.outcome is None else f"last cast: {_verdict(self.outcome)}"
         headline, (x, y) = self._note or state, self.cup
-        text = "<br>".join(html.escape(line) for line in (f"cup at ({x:.3f}, {y:.3f}) m", *self._forecast()))
+        text = "<br>".join(html.escape(line) for line in (f"cup at ({x:.3f}, {y:.3f}) m", *self._prediction_lines()))
         return f"<b>{html.escape(headline[:1].upper() + headline[1:])}</b><br>{text}<br><br>{self._legend()}"
 
-    def _forecast(self) -> list[str]:
+    def _prediction_lines(self) -> list[str]:
         if self.prediction is None:
             return [f"no prediction, since this scenario has no model: {self.advice}"]
         one = self.prediction

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from wam_cast.learning.reference import reference_model
+from wam_cast.parallel.threads import one_thread
 from wam_cast.planning.cast_prediction import Prediction
 from wam_cast.planning.landing_distribution import landing_std, rim_clear_probability
 from wam_cast.planning.plan import plan_cast
@@ -37,7 +38,8 @@ def test_of_a_plans_cast_and_cup_it_says_what_the_plan_does(model, plan):
 
 
 def test_the_cast_that_is_aimed_at_a_cup_is_the_plans_and_so_is_all_that_is_said_of_it(model, plan):
-    prediction = Prediction.aimed(model, plan.cast.to_array(), plan.cup)
+    with one_thread():  # as the plan was made: sums depend on the number of threads
+        prediction = Prediction.aimed(model, plan.cast.to_array(), plan.cup)
     assert prediction.cast == plan.cast
     np.testing.assert_array_equal(prediction.landing, plan.predicted_landing)
     assert prediction.miss == plan.predicted_miss

@@ -30,14 +30,14 @@ smartquotes = False  # options begin with two hyphens
 nitpicky = True
 # Names of other packages, which a build would need the network to resolve, and abbreviations of types.
 OTHERS = (
-    "builtins|collections|concurrent|contextlib|enum|matplotlib|numpy|pandas|pathlib|pyarrow|pydantic|pydantic_core|"
+    "builtins|collections|concurrent|contextlib|enum|matplotlib|numpy|pandas|pathlib|pd|pyarrow|pydantic|pydantic_core|"
     "pydrake|sklearn"
 )
 ABBREVIATIONS = (
     r"AbstractValue|Any|Array|Picture|ArrayLike|Axes|Axis|Figure|NDArray|Path|np\.bool_|object_|"
-    r"(float|u?int|complex)\d+|.*\.[RST]|pd\..*|.*<locals>.*"
+    r"(float|u?int|complex)\d+|.*\.[RST]"
 )
-PRIVATE = r"lambda|.*\._\w+"  # in the types of what pydantic checks by a function
+PRIVATE = r"lambda|.*<locals>.*|.*\._\w+"  # in the types of what pydantic checks by a function
 nitpick_ignore_regex = [
     ("py:.*", rf"({OTHERS})(\..*)?"),
     ("py:.*", ABBREVIATIONS),

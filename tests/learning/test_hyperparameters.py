@@ -10,41 +10,11 @@ from wam_cast.learning.hyperparameters import REGULARIZATION_BOUNDS, SIGMA_BOUND
 from wam_cast.learning.kernel_ridge import KernelRidge
 from wam_cast.learning.losses import LeaveOneOutLoss, ValidationLoss
 
-LOWER = np.array([0.1, -2.0, 0.0])
-UPPER = np.array([0.4, 3.0, 700.0])
-
-
-def sample(n, noise=0.02, n_outputs=None, seed=0):
-    """Draw inputs and targets that depend on the first input most and on the second not at all."""
-    rng = np.random.default_rng(seed)
-    Z = rng.uniform(size=(n, 3))
-    y = np.column_stack([5.0 + np.sin(6 * Z[:, 0]) + np.cos(2 * Z[:, 2]), Z[:, 0] * Z[:, 2]])
-    y += noise * rng.normal(size=y.shape)
-    return LOWER + Z * (UPPER - LOWER), y[:, 0] if n_outputs is None else y[:, :n_outputs]
-
-
-@pytest.fixture(params=[None, 1, 2])
-def data(request):
-    return sample(60, n_outputs=request.param)
-
-
-@pytest.fixture(params=[None, 1, 2])
-def validation_data(request):
-    return *sample(80, n_outputs=request.param), *sample(40, n_outputs=request.param, seed=1)
-
-
 # --- gradient descent, on validation data
 
 
-def validation_error(data, **parameters):
-    """The loss by its definition: refit and predict."""
-    X, y, X_validation, y_validation = data
-    residuals = KernelRidge(**parameters).fit(X, y).predict(X_validation) - y_validation
-    return np.sum(residuals**2) / len(residuals)
-
-
 @pytest.mark.parametrize("sigma0", [0.15, 1.0, 3.0])
-def test_descent_reaches_the_minimum_of_a_dense_grid(validation_data, sigma0):
+def test_descent_reaches_the_minimum_of_a_dense_grid(validation_data, sigma0, validation_error):
     result = tune_by_descent(ValidationLoss(*validation_data), sigma0=sigma0, regularization=1e-3)
     grid = np.geomspace(0.1, 4.0, 150)
     rmse_grid = np.sqrt([validation_error(validation_data, sigma=sigma, regularization=1e-3) for sigma in grid])
@@ -57,7 +27,7 @@ def test_descent_reaches_the_minimum_of_a_dense_grid(validation_data, sigma0):
 @pytest.mark.parametrize("tune_regularization", [False, True])
 @pytest.mark.parametrize("sigma0", [2.0, [2.0, 2.0, 2.0]])
 def test_descent_lowers_the_error_at_every_step_and_the_path_tells_the_truth(
-    validation_data, sigma0, tune_regularization
+    validation_data, sigma0, tune_regularization, validation_error
 ):
     result = tune_by_descent(
         ValidationLoss(*validation_data),
@@ -134,7 +104,7 @@ def test_start_at_the_minimum_stays_there(validation_data):
     np.testing.assert_allclose(again.sigma_path, [best.sigma])
 
 
-def test_perfect_validation_error_ends_the_descent():
+def test_perfect_validation_error_ends_the_descent(sample):
     X, X_validation = sample(20)[0], sample(10, seed=1)[0]
     result = tune_by_descent(ValidationLoss(X, np.full(20, 3.0), X_validation, np.full(10, 3.0)))
     assert result.is_converged
@@ -188,7 +158,7 @@ def test_lbfgs_ends_where_no_neighbour_is_better(data, sigma0):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("sigma0", [0.5, 1.0])
-def test_lbfgs_reaches_the_minimum_of_a_grid(sigma0):
+def test_lbfgs_reaches_the_minimum_of_a_grid(sigma0, sample):
     loss = LeaveOneOutLoss(*sample(60))
     result = tune_by_lbfgs(loss, sigma0=sigma0)
     grid = [loss(sigma, lam).rmse for sigma in np.geomspace(0.1, 10.0, 15) for lam in np.geomspace(1e-8, 1.0, 12)]
@@ -227,7 +197,7 @@ def test_regularization_is_the_squared_ratio_of_noise_to_signal(noise):
     np.testing.assert_allclose(np.log(result.sigma / 0.6), 0.0, atol=np.log(2))
 
 
-def test_regularization_grows_with_the_noise():
+def test_regularization_grows_with_the_noise(sample):
     chosen = [
         tune_by_lbfgs(LeaveOneOutLoss(*sample(120, noise)), sigma0=[0.5] * 3).regularization
         for noise in (0.0, 0.01, 0.1, 1.0)
@@ -261,13 +231,13 @@ def test_lbfgs_reports_running_out_of_steps(data):
     assert not result.is_converged
 
 
-def test_perfect_fit_ends_lbfgs():
+def test_perfect_fit_ends_lbfgs(sample):
     result = tune_by_lbfgs(LeaveOneOutLoss(sample(20)[0], np.full(20, 3.0)))
     assert result.is_converged
     assert result.rmse < 1e-12
 
 
-def test_parameters_stay_within_their_bounds_where_nothing_can_be_learned():
+def test_parameters_stay_within_their_bounds_where_nothing_can_be_learned(sample):
     # Pure noise wants λ without end; a straight line and duplicates want ever wider kernels.
     X, rng = sample(60)[0], np.random.default_rng(5)
     noise = tune_by_lbfgs(LeaveOneOutLoss(X, rng.normal(size=60)))
@@ -280,7 +250,7 @@ def test_parameters_stay_within_their_bounds_where_nothing_can_be_learned():
     assert line.rmse < 1e-3
 
 
-def test_lbfgs_turns_back_from_singular_matrices(monkeypatch):
+def test_lbfgs_turns_back_from_singular_matrices(monkeypatch, sample):
     factorize = losses.factorize
     refused = []
 

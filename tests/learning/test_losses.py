@@ -11,38 +11,14 @@ LOWER = np.array([0.1, -2.0, 0.0])
 UPPER = np.array([0.4, 3.0, 700.0])
 
 
-def sample(n, noise=0.02, n_outputs=None, seed=0):
-    """Draw inputs and targets that depend on the first input most and on the second not at all."""
-    rng = np.random.default_rng(seed)
-    Z = rng.uniform(size=(n, 3))
-    y = np.column_stack([5.0 + np.sin(6 * Z[:, 0]) + np.cos(2 * Z[:, 2]), Z[:, 0] * Z[:, 2]])
-    y += noise * rng.normal(size=y.shape)
-    return LOWER + Z * (UPPER - LOWER), y[:, 0] if n_outputs is None else y[:, :n_outputs]
-
-
-@pytest.fixture(params=[None, 1, 2])
-def data(request):
-    return sample(60, n_outputs=request.param)
-
-
-@pytest.fixture(params=[None, 1, 2])
-def validation_data(request):
-    return *sample(80, n_outputs=request.param), *sample(40, n_outputs=request.param, seed=1)
-
-
 # --- on validation data
-
-
-def validation_error(data, **parameters):
-    """The loss by its definition: refit and predict."""
-    X, y, X_validation, y_validation = data
-    residuals = KernelRidge(**parameters).fit(X, y).predict(X_validation) - y_validation
-    return np.sum(residuals**2) / len(residuals)
 
 
 @pytest.mark.parametrize("sigma", [0.4, [0.3, 0.8, 0.5]])
 @pytest.mark.parametrize("options", [{}, {"center_targets": False}, {"input_bounds": (LOWER, 2 * UPPER)}], ids=str)
-def test_validation_loss_is_that_of_the_estimator_and_its_gradient_equals_differences(validation_data, sigma, options):
+def test_validation_loss_is_that_of_the_estimator_and_its_gradient_equals_differences(
+    validation_data, sigma, options, validation_error
+):
     lam, h = 1e-3, 1e-5
     loss = ValidationLoss(*validation_data, **options)(sigma, lam)
 
@@ -65,7 +41,7 @@ def test_validation_loss_is_that_of_the_estimator_and_its_gradient_equals_differ
     np.testing.assert_allclose(loss.d_log_regularization, by_log_lambda, rtol=1e-5, atol=1e-9)
 
 
-def test_validation_loss_of_several_outputs_adds_up():
+def test_validation_loss_of_several_outputs_adds_up(sample):
     X, y = sample(80, n_outputs=2)
     X_validation, y_validation = sample(40, n_outputs=2, seed=1)
 
@@ -76,7 +52,7 @@ def test_validation_loss_of_several_outputs_adds_up():
     np.testing.assert_allclose(mean_squared([0, 1]), mean_squared([0]) + mean_squared([1]), rtol=1e-9)
 
 
-def test_validation_data_of_another_shape_is_named():
+def test_validation_data_of_another_shape_is_named(sample):
     X, y = sample(20)
     with pytest.raises(ValueError, match=r"X_validation is \(20, 2\).*X_train is \(20, 3\)"):
         ValidationLoss(X, y, X[:, :2], y)
@@ -120,7 +96,7 @@ def test_leave_one_out_loss_equals_refits_and_its_gradient_equals_differences(da
     np.testing.assert_allclose(loss.d_log_regularization, by_log_lambda, rtol=1e-6, atol=1e-9)
 
 
-def test_leave_one_out_loss_of_several_outputs_adds_up():
+def test_leave_one_out_loss_of_several_outputs_adds_up(sample):
     X, y = sample(60, n_outputs=2)
 
     def loss(columns):
@@ -140,7 +116,7 @@ def test_one_row_is_refused():
 
 
 @pytest.mark.parametrize("kind", [ValidationLoss, LeaveOneOutLoss])
-def test_wrong_parameters_are_named(kind):
+def test_wrong_parameters_are_named(kind, sample):
     X, y = sample(30)
     data = (X, y, X, y) if kind is ValidationLoss else (X, y)
     loss = kind(*data)

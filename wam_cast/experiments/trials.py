@@ -9,13 +9,13 @@ is_feasible             as of the `.Plan`; like all that is predicted it is miss
 predicted_offset        where the ball is expected, outward from the cup's axis [m]
 predicted_miss          its distance from there [m]
 std_along, std_across   predictive standard deviation of the landing [m]
-rim_clear_probability     of entering the cup without touching its rim
+rim_clear_probability   of entering the cup without touching its rim
 status, is_caught       a value of `.Status`, or `LOST` if the process did not survive; what follows is then missing
 landing_along, landing_across       where the ball came down, in the casting plane's axes [m]
 along, lateral          the same from the cup's axis: outward, and to the left as seen from the base axis [m]
 miss                    distance of the landing from the cup's axis, as if nothing were in the way [m]
 entry_angle             from the vertical [rad]
-entered_rim_clear           whether a ball that landed so, and flew on straight, touched no rim
+entered_rim_clear       whether a ball that landed so, and flew on straight, touched no rim
 is_slack, slack         of the string from the landing on [m]
 peak_torque_utilization, peak_velocity_utilization   largest utilization of a motor's torque and of a joint's velocity limit
 limits_hit              which limits the arm met

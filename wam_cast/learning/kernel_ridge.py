@@ -6,7 +6,8 @@ inside the estimator, the paper's kernel width, ARD length scales, the analytic 
 and leave-one-out residuals without refits.
 """
 
-from typing import Any, Self
+import warnings
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -131,10 +132,10 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
     expand = renamed("expand", "linearize")
     predict_with_gradient = renamed("predict_with_gradient", "linearize")
 
-    @property
-    def predict_gradient(self) -> Any:
-        """Deprecated: it is the second part of what `linearize` returns."""
-        return lambda X: self.predict_with_gradient(X)[1]
+    def predict_gradient(self, X: ArrayLike) -> Array:
+        """Return the second part of what `linearize` returns, which is to be called instead (deprecated)."""
+        warnings.warn("KernelRidge.predict_gradient is now linearize(X)[1]", DeprecationWarning, stacklevel=2)
+        return self.linearize(X)[1]
 
     def linearize(self, X: ArrayLike) -> tuple[Array, Array]:
         """Predict the targets and differentiate them, quickly for the few inputs that an optimizer asks about.

@@ -25,7 +25,6 @@ FORMAT = "wam_cast forward model 4"
 ARRAYS = ("training_casts", "training_outputs", "training_log_ratios")
 """What the archive holds beside its header: fields of `StoredModel`."""
 
-
 OTHER_VALUES = (ValueError, TypeError, LookupError, AttributeError)
 NOT_AN_ARCHIVE = (*OTHER_VALUES, OSError, EOFError, zipfile.BadZipFile, zlib.error, SyntaxError, tokenize.TokenError)
 """What JSON, zip and numpy raise for bytes that are something else."""

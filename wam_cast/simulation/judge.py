@@ -66,7 +66,7 @@ class Judge:
     def outcome(self, free: ContactFree, contact: Contact | None = None) -> Outcome:
         """Return the outcome of a cast, whose ball comes down as it does in the contact-free phase."""
         log = log_of(free, contact)
-        load, speed = self._limits_used(log)
+        torque_used, velocity_used = self._limits_used(log)
         limits_hit = self.limits_hit(log)
         has_diverged = free.has_diverged or (contact is not None and contact.has_diverged)
         crossing, slack = (None, np.full(1, np.nan)) if has_diverged else self._landing(free)
@@ -94,8 +94,8 @@ class Judge:
             is_slack=bool(slack[0] > SLACK_MARGIN * self._scenario.string.length),
             slack=float(np.min(slack)),
             miss=math.nan if free.cup is None else float(np.linalg.norm(landing - free.cup)),
-            peak_torque_utilization=load,
-            peak_velocity_utilization=speed,
+            peak_torque_utilization=torque_used,
+            peak_velocity_utilization=velocity_used,
             peak_tracking_error=self._peak_tracking_error(free.motion, log),
             limits_hit=limits_hit,
             end_time=float(log.times[-1]),
@@ -104,16 +104,16 @@ class Judge:
     def limits_hit(self, log: Log) -> tuple[str, ...]:
         """Return which limits of the arm were met, such as `joint 4 speed`."""
         q = log.states[:, :N_ARM]
-        load, speed = self._limits_used(log)
+        torque_used, velocity_used = self._limits_used(log)
         outside = np.any((q < self._lower) | (q > self._upper), axis=0)
-        checks = (("position", outside), ("torque", load > 1 - 1e-9), ("speed", speed > 1))
+        checks = (("position", outside), ("torque", torque_used > 1 - 1e-9), ("speed", velocity_used > 1))
         return tuple(f"joint {i + 1} {what}" for what, over in checks for i in np.flatnonzero(over))
 
     def _limits_used(self, log: Log) -> tuple[Array, Array]:
         """Return the peak utilization of the torque and velocity limits, (7,) each."""
-        load = torque_utilization(log.torques, self._torque_limits).max(axis=0, initial=0.0)
-        speed = np.abs(log.states[:, self._n_q : self._n_q + N_ARM]) / self._speed_limits
-        return load, speed.max(axis=0, initial=0.0)
+        torque_used = torque_utilization(log.torques, self._torque_limits)
+        velocity_used = np.abs(log.states[:, self._n_q : self._n_q + N_ARM]) / self._speed_limits
+        return torque_used.max(axis=0, initial=0.0), velocity_used.max(axis=0, initial=0.0)
 
     def _landing(self, free: ContactFree) -> tuple[Crossing | None, Array]:
         """Return the crossing of the rim plane, and the string's slack [m] there and until the ball is below the plane."""

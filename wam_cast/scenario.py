@@ -10,250 +10,43 @@ from __future__ import annotations
 import hashlib
 import json
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Any, Self
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
-from pydantic_core import PydanticCustomError
+from pydantic import ValidationError, model_validator
 
-from wam_cast.arm_model import physical_urdf
+from wam_cast.arm_model import arm_model
 from wam_cast.errors import InputError, describe_validation
+from wam_cast.scenario_parts import (
+    Arm,
+    Ball,
+    Bounds,
+    Controller,
+    Cup,
+    Motion,
+    Noise,
+    Part,
+    Positive,
+    Simulation,
+    String,
+)
+from wam_cast.types import Position
 from wam_cast.yaml_file import read_yaml
 
-Positive = Annotated[float, Field(gt=0)]
-NonNegative = Annotated[float, Field(ge=0)]
-Seven = tuple[NonNegative, NonNegative, NonNegative, NonNegative, NonNegative, NonNegative, NonNegative]
-
-
-class _Part(BaseModel):
-    """A frozen group of values that refuses unknown keys, nan and infinity."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-    @field_validator("*", mode="before")
-    @classmethod
-    def _no_truth_values(cls, value: Any) -> Any:
-        if isinstance(value, bool):
-            raise PydanticCustomError("float_type", "Input should be a number")
-        return value
-
-
-class Arm(_Part):
-    """The ceiling-mounted WAM.
-
-    Attributes
-    ----------
-    mount_height
-        Height of the mounting face above the floor [m]. The axes of the joints 1 to 3 meet 0.346 m below it.
-    wrist_pitch
-        Joint 6 in the starting posture [rad]. Joints 3, 5 and 7 are zero there; joints 2 and 4 follow from the hand's position.
-    coulomb_friction
-        Share of the joints' Coulomb friction (from `models/wam7.urdf`) that acts: 0 none, 1 all.
-    """
-
-    mount_height: Positive = 1.346
-    wrist_pitch: Annotated[float, Field(ge=-1.6, le=1.6)] = -0.6
-    coulomb_friction: Annotated[float, Field(ge=0, le=2)] = 0.0
-
-
-class String(_Part):
-    """The string: equal rigid links in a row, on universal joints.
-
-    Attributes
-    ----------
-    length
-        From the hook in the hand to the ball's centre [m].
-    n_links
-        Number of links. The integration step shrinks with its fourth power: 20 take seven times as long as 10, 40 minutes.
-    mass
-        Of the whole string [kg].
-    bending_damping
-        Moment per rate of curvature [N m^2 s]; a joint between two links has this over the link's length, so that the
-        string's own damping does not depend on the number of links.
-    hook_damping
-        Of the joint between hand and string [N m s].
-    """
-
-    length: Positive = 0.60
-    n_links: Annotated[int, Field(ge=1, le=40)] = 10
-    mass: Positive = 0.003
-    bending_damping: NonNegative = 8e-7
-    hook_damping: NonNegative = 1e-4
-
-
-class Ball(_Part):
-    """The ball, a solid sphere: mass [kg] and radius [m]."""
-
-    mass: Positive = 0.030
-    radius: Positive = 0.020
-
-
-class Cup(_Part):
-    """The cup, a hollow cylinder that stands on the floor, and its contact with the ball.
-
-    Attributes
-    ----------
-    rim_height
-        Height of the rim above the floor [m]: the plane in which a landing is measured.
-    inner_radius, wall_thickness, bottom_thickness
-        The cup's shape [m].
-    stiffness
-        Of the contact between ball and cup or floor [N/m].
-    restitution
-        Share of its speed that a ball keeps which hits a wall squarely at 2 m/s: 0.25 is nearly inelastic, 0.6 lively. Slower
-        impacts keep more.
-    friction
-        Coulomb friction coefficient between ball and cup or floor.
-    """
-
-    rim_height: Positive = 0.12
-    inner_radius: Positive = 0.030
-    wall_thickness: Positive = 0.0045
-    bottom_thickness: Positive = 0.006
-    stiffness: Positive = 2e4
-    restitution: Annotated[float, Field(gt=0, lt=1)] = 0.25
-    friction: NonNegative = 0.4
-
-    @property
-    def outer_radius(self) -> float:
-        """Outer radius of the wall [m]."""
-        return self.inner_radius + self.wall_thickness
-
-
-class Controller(_Part):
-    """Gains of the controller.
-
-    Attributes
-    ----------
-    kp, kd
-        Cartesian stiffness [N/m] and damping [N s/m] of the hand (`K_p`, `K_d` of the paper's Section 2.3).
-    posture_stiffness, posture_damping
-        Toward the starting posture [N m/rad] and against joint motion [N m s/rad], in the null space of the hand's position.
-    period
-        Sampling period [s]; the torque is held in between.
-    """
-
-    kp: NonNegative = 6000.0
-    kd: NonNegative = 250.0
-    posture_stiffness: Seven = (20.0, 20.0, 20.0, 20.0, 5.0, 5.0, 0.5)
-    posture_damping: Seven = (3.0, 3.0, 3.0, 3.0, 0.5, 0.5, 0.02)
-    period: Positive = 0.002
-
-
-class Motion(_Part):
-    """What is the same in every cast.
-
-    Attributes
-    ----------
-    start_radius, start_height
-        The hand before the cast: distance from the base axis and height above the floor [m].
-    turn_duration
-        How long joint 1 takes to turn the hand by one radian before the cast [s]; `wam_cast.motion.turn` has other angles.
-    min_move_duration
-        The horizontal move takes at least this long [s]; faster casts are not allowed.
-    drop_distance, drop_duration
-        How far [m] and how fast [s] the hand goes down in stage 3.
-    hold_duration
-        How long the hand stays down, so that the ball comes to rest [s].
-    fetch_duration, pull_duration, slide_duration, lift_duration, retreat_duration
-        The return [s]: to where the string is almost tight; until the ball is drawn against the cup's wall; as it slides up the
-        wall; straight up to the starting height; and back. See `wam_cast.motion.return_path`.
-    """
-
-    start_radius: Positive = 0.20
-    start_height: Positive = 0.80
-    turn_duration: Positive = 4.0
-    min_move_duration: Positive = 0.2
-    drop_distance: Positive = 0.45
-    drop_duration: Positive = 0.44
-    hold_duration: Positive = 1.5
-    fetch_duration: Positive = 1.0
-    pull_duration: Positive = 2.0
-    slide_duration: Positive = 1.5
-    lift_duration: Positive = 0.8
-    retreat_duration: Positive = 2.5
-
-
-class Noise(_Part):
-    """What a real cast does not repeat; all zero, and so off, by default.
-
-    The noise of a cast is drawn from a seed, see `wam_cast.robot.noise`: the same seed gives the same cast.
-
-    Attributes
-    ----------
-    distance, speed, wait
-        Standard deviations of the executed from the commanded cast [m], [m/s], [s]. A distance or a speed falls at the lowest
-        to a tenth of its command, a wait to zero.
-    torque
-        Standard deviation of each joint's torque as a fraction of its motor's limit, anew in each control period. The sum stays
-        within what the motors give.
-    encoder_counts
-        Of each motor in a revolution; 0 measures exactly. The controller sees joint angles in whole counts, and speeds in whole
-        counts a control period.
-    swing
-        Standard deviation of the hanging string's angle in the casting plane and across it at the start [rad]. It swings
-        with rates to match, so that its phase is random.
-    """
-
-    distance: NonNegative = 0.0
-    speed: NonNegative = 0.0
-    wait: NonNegative = 0.0
-    torque: NonNegative = 0.0
-    encoder_counts: Annotated[int, Field(ge=0)] = 0
-    swing: NonNegative = 0.0
-
-    @property
-    def is_on(self) -> bool:
-        """Whether any noise acts."""
-        return any(value > 0 for _, value in self)
-
-    @classmethod
-    def typical(cls) -> Self:
-        """Return noise of about the size that is to be expected of a real arm."""
-        return cls(distance=0.003, speed=0.015, wait=0.004, torque=0.005, encoder_counts=4096, swing=0.005)
-
-
-class Simulation(_Part):
-    """Numerical settings.
-
-    Attributes
-    ----------
-    max_step
-        Longest integration step in the contact-free phase [s]; the solver takes shorter ones where damping asks for it.
-    contact_accuracy
-        Relative error that the integrator allows itself in a step of the contact phase, in which the ball can touch the cup or the
-        floor.
-    """
-
-    max_step: Positive = 0.002
-    contact_accuracy: Annotated[float, Field(gt=0, le=0.5)] = 0.1
-
-
-class Bounds(_Part):
-    """Lower and upper bound of each parameter of a cast: distance [m], mean speed [m/s], wait [s]."""
-
-    distance: tuple[Positive, Positive] = (0.05, 0.40)
-    speed: tuple[Positive, Positive] = (0.21, 0.85)
-    wait: tuple[NonNegative, NonNegative] = (0.0, 0.5)
-
-    @model_validator(mode="after")
-    def _ordered(self) -> Self:
-        for name, (lower, upper) in self:
-            if not lower < upper:
-                raise ValueError(
-                    f"bounds.{name} = [{lower:g}, {upper:g}] is empty: the first number must be below the second"
-                )
-        return self
-
+__all__ = ["Arm", "Ball", "Bounds", "Controller", "Cup", "Motion", "Noise", "Scenario", "Simulation", "String"]
 
 AFTER_THE_LANDING = ("fetch_duration", "pull_duration", "slide_duration", "lift_duration", "retreat_duration")
 BEFORE_THE_CAST = ("turn_duration",)
 """Parts of the motion on which no landing depends: after a turn the ball is at rest, to within what can be measured."""
 
 
-class Scenario(_Part):
-    """All that is fixed during an experiment; the defaults are the reference scenario."""
+class Scenario(Part):
+    """All that is fixed during an experiment; the defaults are the reference scenario.
 
+    `gravity` is the acceleration of free fall [m/s^2].
+    """
+
+    gravity: Positive = 9.81
     arm: Arm = Arm()
     string: String = String()
     ball: Ball = Ball()
@@ -267,15 +60,17 @@ class Scenario(_Part):
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
         self._check_heights()
+        self._check_string()
+        arm_model(self.arm)  # raises if its file cannot be used
         if not self.cup.inner_radius > self.ball.radius:
             raise ValueError(
                 f"cup.inner_radius = {self.cup.inner_radius:g} m leaves no room for the ball: "
                 f"choose more than ball.radius = {self.ball.radius:g} m"
             )
-        if not self.cup.bottom_thickness < self.cup.rim_height:
+        if not self.cup.bottom_thickness < self.cup.height:
             raise ValueError(
-                f"cup.bottom_thickness = {self.cup.bottom_thickness:g} m must be below "
-                f"cup.rim_height = {self.cup.rim_height:g} m"
+                f"cup.bottom_thickness = {self.cup.bottom_thickness:g} m must be below the cup's height, {self.cup.height:.4g} m "
+                f"from cup.base_height = {self.cup.base_height:g} m to cup.rim_height = {self.cup.rim_height:g} m"
             )
         slowest, longest = self.bounds.speed[0], self.bounds.distance[1]
         if slowest * self.motion.min_move_duration >= longest:
@@ -287,7 +82,7 @@ class Scenario(_Part):
 
     def _check_heights(self) -> None:
         motion, needed = self.motion, self.string.length + self.ball.radius + self.cup.rim_height
-        if motion.start_height >= self.arm.mount_height:
+        if self.arm.mount == "ceiling" and motion.start_height >= self.arm.mount_height:
             raise ValueError(
                 f"motion.start_height = {motion.start_height:g} m is not below "
                 f"arm.mount_height = {self.arm.mount_height:g} m, where the arm hangs"
@@ -304,6 +99,14 @@ class Scenario(_Part):
                 f"{motion.start_height - self.cup.rim_height:.3g} m"
             )
 
+    def _check_string(self) -> None:
+        string, ball = self.string, self.ball
+        if string.length < 2 * ball.radius:
+            raise ValueError(
+                f"string.length = {string.length:g} m, to the ball's centre, leaves the string less than the ball's radius: choose "
+                f"at least {2 * ball.radius:g} m, twice ball.radius"
+            )
+
     @classmethod
     def from_dict(cls, values: Any) -> Self:
         """Return the scenario of nested values; what is left out keeps its default. Raises `.InputError`."""
@@ -317,7 +120,7 @@ class Scenario(_Part):
         """Read a scenario file; keys that it leaves out keep their default. Raises `.InputError`."""
         try:
             values = read_yaml(path)
-            return cls.from_dict({} if values is None else values)
+            return cls.from_dict(_with_whole_path({} if values is None else values, Path(path).parent))
         except InputError as error:
             raise InputError(f"scenario {path}: {error}") from None
 
@@ -329,6 +132,10 @@ class Scenario(_Part):
     def without_noise(self) -> Self:
         """The same scenario, all noise off."""
         return self.model_copy(update={"noise": Noise()})
+
+    def place_of_cup(self, cup: Position) -> Position:
+        """Return world (x, y) [m] of the axis of a cup that is said to stand at `cup`: see `Cup.offset`."""
+        return cup[0] + self.cup.offset[0], cup[1] + self.cup.offset[1]
 
     @property
     def fingerprint(self) -> str:
@@ -343,6 +150,16 @@ class Scenario(_Part):
             values["motion"].pop(name)
         if not self.noise.is_on:
             values.pop("noise")  # as if there were no such thing: casts made before there was stay valid
-        values["arm_model"] = physical_urdf()
+        for name in ("urdf", "base_frame", "hand_frame", "joints"):
+            values["arm"].pop(name)
+        values["arm_model"] = arm_model(self.arm).physical_urdf
         text = json.dumps(values, sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def _with_whole_path(values: Any, folder: Path) -> Any:
+    """Return a scenario's values with the path of the arm's file, which counts from `folder`, made absolute."""
+    arm = values.get("arm") if isinstance(values, dict) else None
+    if not isinstance(arm, dict) or not isinstance(arm.get("urdf"), str):
+        return values
+    return {**values, "arm": {**arm, "urdf": str((folder / arm["urdf"]).resolve())}}

@@ -20,9 +20,8 @@ import numpy as np
 from scipy.interpolate import BPoly
 from scipy.optimize import brentq
 
-from wam_cast.arm_model import shoulder_depth
-from wam_cast.constants import GRAVITY
-from wam_cast.motion.pendulum import hand_above, pendulum_derivatives, swing_frequency
+from wam_cast.arm_model import arm_model
+from wam_cast.motion.pendulum import Pendulum, hand_above, pendulum_derivatives
 from wam_cast.motion.spline import QuinticSpline
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array
@@ -30,8 +29,8 @@ from wam_cast.types import Array
 Piece = Callable[[float], tuple[Array, Array]]
 """Time [s] from the piece's start -> the hand's radius and height (2,) [m] and their rates (2,) [m/s]."""
 
-REACH = 0.87
-"""How far from the shoulder, where the axes of joints 1 to 3 meet, the hand goes with the string taut [m]: the elbow stays bent."""
+MAX_STRETCH = 0.87 / 0.91
+"""How far from the shoulder, relative to the stretched arm, the hand goes with the string taut: the elbow stays bent."""
 
 WALL_SLANT = math.radians(20)
 """Of the string from the vertical where it draws the ball against the wall [rad]."""
@@ -75,7 +74,7 @@ class Return:
         motion = scenario.motion
         self._scenario = scenario
         self._length = scenario.string.length
-        self._shoulder_height = scenario.arm.mount_height - shoulder_depth()
+        self._arm = arm_model(scenario.arm)
         start = np.array([far, motion.start_height - motion.drop_distance])
         pieces = self._straight_up(start) if cup_radius is None else self._out_of_cup(start, cup_radius)
         self._pieces = [piece for piece, _ in pieces]
@@ -101,7 +100,7 @@ class Return:
         """Return the pieces that draw the ball against the wall and then lift it out, and the way home."""
         motion, cup, ball = self._scenario.motion, self._scenario.cup, self._scenario.ball
         cup_radius = max(cup_radius, motion.start_radius)
-        low = cup.bottom_thickness + ball.radius + PULL_LIFT
+        low = cup.floor_height + ball.radius + PULL_LIFT
         wall = cup_radius - (cup.inner_radius - ball.radius)
         side = -1.0
         if wall - self._length * math.sin(WALL_SLANT) < motion.start_radius:
@@ -159,8 +158,9 @@ class Return:
 
     def _reach(self, height: float) -> float:
         """Return the largest radius [m] at which the hand can be at `height` [m]."""
-        below = self._shoulder_height - height
-        return math.sqrt(max(REACH**2 - below**2, 0.0))
+        below = self._arm.shoulder_height - height
+        reach = MAX_STRETCH * self._arm.stretched_length
+        return self._arm.shoulder_radius + math.sqrt(max(reach**2 - below**2, 0.0))
 
     def _slant(self, wall: float, low: float, side: float) -> float | None:
         """Return the slant [rad] nearest to `WALL_SLANT` at which the hand reaches: the greater, the nearer to the ball."""
@@ -175,13 +175,12 @@ class Return:
         The hand rises at `speed` [m/s], which turns the string inward as it does over the cup's wall. The ball's path begins with
         the four derivatives of a free pendulum that does so, and ends at rest with four zero derivatives.
         """
-        frequency = swing_frequency(self._scenario.string, self._scenario.ball)
-        length, duration = GRAVITY / frequency**2, self._scenario.motion.retreat_duration
+        pendulum, duration = Pendulum.like(self._scenario), self._scenario.motion.retreat_duration
         turning = -speed / (self._length * math.sin(slant)) if slant > 0 else 0.0
-        start = hand_derivatives(hand, speed) + pendulum_derivatives(slant, turning, frequency)
+        start = hand_derivatives(hand, speed) + pendulum_derivatives(slant, turning, pendulum)
         end = np.zeros((5, 2))
-        end[0] = self._home() - [0.0, length]
-        return _Shaped(BPoly.from_derivatives([0.0, duration], [start, end]), frequency), duration
+        end[0] = self._home() - [0.0, pendulum.length]
+        return _Shaped(BPoly.from_derivatives([0.0, duration], [start, end]), pendulum), duration
 
 
 def hand_derivatives(hand: Array, speed: float) -> Array:
@@ -228,11 +227,11 @@ class _Slide:
 class _Shaped:
     """The hand above a ball whose radius and height are the polynomial `path`."""
 
-    def __init__(self, path: BPoly, frequency: float) -> None:
+    def __init__(self, path: BPoly, pendulum: Pendulum) -> None:
         self._derivatives = [path.derivative(order) for order in range(4)]
-        self._frequency = frequency
+        self._pendulum = pendulum
 
     def __call__(self, t: float) -> tuple[Array, Array]:
         p_WL, v_WL, a_WL, jerk_WL = (np.insert(derivative(t), 1, 0.0) for derivative in self._derivatives)
-        p_WE, v_WE = hand_above(p_WL, v_WL, a_WL, jerk_WL, self._frequency)
+        p_WE, v_WE = hand_above(p_WL, v_WL, a_WL, jerk_WL, self._pendulum)
         return p_WE[[0, 2]], v_WE[[0, 2]]

@@ -7,8 +7,7 @@ import math
 import numpy as np
 from scipy.interpolate import BPoly
 
-from wam_cast.constants import GRAVITY
-from wam_cast.motion.pendulum import hand_above, swing_frequency
+from wam_cast.motion.pendulum import Pendulum, hand_above
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array
 
@@ -35,8 +34,8 @@ class Turn:
         self.duration = period * math.ceil(wanted / period - 1e-9)
         self._end = end
         self._radius = motion.start_radius
-        self._frequency = swing_frequency(scenario.string, scenario.ball)
-        self._ball_height = motion.start_height - GRAVITY / self._frequency**2
+        self._pendulum = Pendulum.like(scenario)
+        self._ball_height = motion.start_height - self._pendulum.length
         # Angles so small that they take no time are none.
         if self.duration > 0:
             angles = BPoly.from_derivatives([0.0, self.duration], [[start, 0, 0, 0, 0], [end, 0, 0, 0, 0]])
@@ -52,7 +51,7 @@ class Turn:
         v_WL = self._radius * rate * onward
         a_WL = self._radius * (acceleration * onward - rate**2 * outward)
         jerk_WL = self._radius * ((jerk - rate**3) * onward - 3 * rate * acceleration * outward)
-        return hand_above(p_WL, v_WL, a_WL, jerk_WL, self._frequency)
+        return hand_above(p_WL, v_WL, a_WL, jerk_WL, self._pendulum)
 
     def bearing(self, t: float) -> tuple[float, float]:
         """Return the angle of the ball [rad] and its rate [rad/s] at time `t` [s]."""

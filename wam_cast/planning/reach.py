@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from itertools import product
 
-from wam_cast.arm_model import bearing_limits
+from wam_cast.arm_model import arm_model
 from wam_cast.casting_plane import from_polar, to_polar
 from wam_cast.errors import InputError
 from wam_cast.planning.prediction import Predictor
@@ -31,7 +31,7 @@ class Reach:
     @classmethod
     def of(cls, model: Predictor) -> Reach:
         """Return where the landings lie that `model` knows, turned as far as joint 1 turns."""
-        lowest, highest = bearing_limits()
+        lowest, highest = arm_model(model.scenario.arm).bearing_limits
         return cls(*model.reach, lowest + BEARING_MARGIN, highest - BEARING_MARGIN)
 
     def has_distance(self, distance: float) -> bool:

@@ -12,32 +12,13 @@ from pydrake.multibody.tree import JacobianWrtVariable
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, NumericParameterIndex
 from scipy.linalg.lapack import dposv
 
+from wam_cast.arm_model import arm_model
 from wam_cast.cast import Cast
 from wam_cast.motion.stages import CastMotion
 from wam_cast.robot.drake_types import declare_cache_entry, evaluate
 from wam_cast.robot.plant import N_ARM, make_arm_plant, starting_posture
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array
-
-DIFFERENTIALS = ((1, 2), (4, 5))
-"""Pairs of joints (from 0) that share two motors through a cable differential: 2 with 3, and 5 with 6."""
-
-
-def saturate(torque: Array, limits: Array) -> Array:
-    """Return `torque` within what the motors give, each array [N m] of shape (7,).
-
-    Joints of their own are clipped. The two joints of a differential use the same motors:
-    ``|tau_a| / limit_a + |tau_b| / limit_b <= 1``; a pair beyond it is scaled, which keeps its direction.
-    """
-    return np.asarray(torque / np.maximum(torque_utilization(torque, limits), 1.0))
-
-
-def torque_utilization(torque: Array, limits: Array) -> Array:
-    """Return the utilization of each joint's motors by `torque`, shape (..., 7); a differential's joints have the pair's."""
-    utilization = np.abs(torque) / limits
-    for a, b in DIFFERENTIALS:
-        utilization[..., a] = utilization[..., b] = utilization[..., a] + utilization[..., b]
-    return np.asarray(utilization)
 
 
 class MeasuredArm:
@@ -108,7 +89,7 @@ class ArmController(LeafSystem):
     """Base of a controller: a subclass says in `torque` what it wants of the motors.
 
     It is a pure function of time, arm state and cast: the cast is a numeric parameter of the context, its motion a cache entry.
-    What the motors cannot give is cut off by `saturate`.
+    What the motors cannot give the station's `.Motors` cut off.
 
     Ports: arm_state -> actuation [N m] (7), hand [m, m/s] (6), hand_desired [m, m/s] (6), stage (1);
     `arm_state` is q [rad] and v [rad/s], (14), `hand` is p_WE and v_WE.
@@ -116,21 +97,18 @@ class ArmController(LeafSystem):
     Parameters
     ----------
     scenario
-        Of the robot and its casts.
+        Of the casts, and of the robot as the controller knows it.
 
     Attributes
     ----------
     scenario, plant
         As given, and the controller's own model of the arm.
-    torque_limits
-        Of the motors [N m], shape (7,).
     """
 
     def __init__(self, scenario: Scenario) -> None:
         super().__init__()
         self.scenario = scenario
         self.plant = make_arm_plant(scenario)
-        self.torque_limits: Array = self.plant.GetEffortUpperLimits()
         self._input = self.DeclareVectorInputPort("arm_state", 2 * N_ARM)
         self._cast_index = self.DeclareNumericParameter(BasicVector(np.array([0.3, 0.6, 0.1, 0.0, 0.0, math.nan])))
         time, arm_state = self.time_ticket(), self._input.ticket()
@@ -189,8 +167,7 @@ class ArmController(LeafSystem):
         return arm
 
     def _calc_actuation(self, context: Context, output: BasicVector) -> None:
-        torque = self.torque(self._measured_arm(context), self._desired(context))
-        output.SetFromVector(saturate(torque, self.torque_limits))
+        output.SetFromVector(self.torque(self._measured_arm(context), self._desired(context)))
 
     def _calc_hand(self, context: Context, output: BasicVector) -> None:
         arm = self._measured_arm(context)
@@ -212,15 +189,15 @@ class CastController(ArmController):
         u_q = J^T u_x + g(q) + N (K_posture (q_posture - q) + D_posture (v_posture - v))
         N   = I - J^T (J J^T)^-1 J                        null-space torques: zero force at the end effector
 
-    and the result is kept within the motors' torques (`saturate`). The posture is the arm's at the start of the cast; during the
-    turn its joint 1 turns along, else v_posture is zero. g(q) holds the arm alone, not the string and the ball, of
-    which the controller knows nothing.
+    The posture is the arm's at the start of the cast; during the turn its joint 1 turns along, else v_posture is zero. g(q) holds
+    the arm alone, not the string and the ball, of which the controller knows nothing.
     """
 
     def __init__(self, scenario: Scenario) -> None:
         super().__init__(scenario)
         gains = scenario.controller
         self._kp, self._kd = gains.kp, gains.kd
+        self._joint_1_turn = arm_model(scenario.arm).joint_1_turn
         self._posture_gain = np.hstack([np.diag(gains.posture_stiffness), np.diag(gains.posture_damping)])
         self._rest_state = np.concatenate([starting_posture(self.plant, scenario), np.zeros(N_ARM)])
 
@@ -239,7 +216,7 @@ class CastController(ArmController):
         """Return the arm's state (14,) that the null space keeps: the starting posture, which turns along."""
         bearing, rate = desired.motion.bearing(desired.time)
         state = self._rest_state.copy()
-        state[0], state[N_ARM] = -bearing, -rate
+        state[0], state[N_ARM] = self._joint_1_turn * bearing, self._joint_1_turn * rate
         return state
 
 

@@ -15,10 +15,10 @@ N_SIDES = 48
 
 def cup_profile(cup: Cup) -> list[tuple[float, float]]:
     """Return the (radius, height above the rim) [m] of the profile's corners, from the foot's centre out, up, in and down."""
-    floor = cup.bottom_thickness - cup.rim_height
+    floor = cup.bottom_thickness - cup.height
     return [
-        (0.0, -cup.rim_height),
-        (cup.outer_radius, -cup.rim_height),
+        (0.0, -cup.height),
+        (cup.outer_radius, -cup.height),
         (cup.outer_radius, 0.0),
         (cup.inner_radius, 0.0),
         (cup.inner_radius, floor),

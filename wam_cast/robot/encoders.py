@@ -6,18 +6,21 @@ import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
+from wam_cast.robot.drake_types import evaluate
 from wam_cast.robot.plant import N_ARM
 from wam_cast.types import Array
 
 
 def encoder_resolution(plant: MultibodyPlant, counts: int) -> Array:
-    """Return what one count of a motor's encoder is at its joint [rad], shape (7,); `counts` are those of a revolution."""
+    """Return what one of a motor's `counts` in a revolution is at its joint [rad], shape (7,); zeros if there are none."""
+    if counts == 0:
+        return np.zeros(N_ARM)
     actuators = (plant.get_joint_actuator(index) for index in plant.GetJointActuatorIndices())
     return np.array([2 * np.pi / (counts * actuator.default_gear_ratio()) for actuator in actuators])
 
 
 class Encoders(LeafSystem):
-    """Rounds angles to integer counts, and speeds to integer counts in a control period.
+    """Adds an offset to the angles, and rounds angles to integer counts and speeds to integer counts in a control period.
 
     The speeds are as coarse as a difference of two samples, but not late as that would be.
 
@@ -26,16 +29,22 @@ class Encoders(LeafSystem):
     Parameters
     ----------
     resolution
-        What one count is at the joint [rad], shape (7,).
+        What one count is at the joint [rad], shape (7,); 0: exact.
     period
         Of the control [s].
+    offset
+        By which the angles are read too large [rad], shape (7,).
     """
 
-    def __init__(self, resolution: Array, period: float) -> None:
+    def __init__(self, resolution: Array, period: float, offset: Array) -> None:
         super().__init__()
+        self._offset = np.concatenate([offset, np.zeros(N_ARM)])
         self._unit = np.concatenate([resolution, resolution / period])
         self._input = self.DeclareVectorInputPort("arm_state", 2 * N_ARM)
         self.DeclareVectorOutputPort("measured", 2 * N_ARM, self._calc_measured, {self._input.ticket()})
 
     def _calc_measured(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(np.rint(self._input.Eval(context) / self._unit) * self._unit)
+        measured = evaluate(self._input, context) + self._offset
+        counted = self._unit > 0
+        measured[counted] = np.rint(measured[counted] / self._unit[counted]) * self._unit[counted]
+        output.SetFromVector(measured)

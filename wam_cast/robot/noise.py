@@ -15,8 +15,6 @@ from pydrake.common.value import Value
 from pydrake.systems.framework import AbstractParameterIndex, BasicVector, Context, LeafSystem
 
 from wam_cast.cast import Cast
-from wam_cast.constants import GRAVITY
-from wam_cast.robot.controller import saturate
 from wam_cast.robot.drake_types import evaluate, held
 from wam_cast.robot.plant import N_ARM
 from wam_cast.scenario import Noise, Scenario
@@ -57,7 +55,7 @@ def swing_at_start(scenario: Scenario, noise_seed: int) -> tuple[Array, Array]:
     larger by the pendulum's frequency, so that every phase is as likely.
     """
     angles, phases = scenario.noise.swing * random_stream(noise_seed, Source.SWING).standard_normal((2, 2))
-    return angles, math.sqrt(GRAVITY / scenario.string.length) * phases
+    return angles, math.sqrt(scenario.gravity / scenario.string.length) * phases
 
 
 def torque_deviates(noise_seed: int, sample: int) -> Array:
@@ -74,7 +72,7 @@ def _torque_chunk(noise_seed: int, chunk: int) -> Array:
 
 
 class TorqueNoise(LeafSystem):
-    """Adds noise to the commanded torque, and keeps the sum within what the motors give.
+    """Adds noise to the commanded torque.
 
     The noise is a pure function of the noise seed, an abstract parameter of the context, and of the number of the control
     period: any two of these systems agree on it.
@@ -93,7 +91,7 @@ class TorqueNoise(LeafSystem):
 
     def __init__(self, share: float, limits: Array, period: float) -> None:
         super().__init__()
-        self._deviation, self._limits, self._period = share * limits, limits, period
+        self._deviation, self._period = share * limits, period
         self._input = self.DeclareVectorInputPort("commanded", N_ARM)
         # A Python object, since a number of Drake's could not hold every integer.
         self._seed_index = self.DeclareAbstractParameter(Value[object](0))
@@ -111,4 +109,4 @@ class TorqueNoise(LeafSystem):
         sample = math.floor(context.get_time() / self._period + 1e-6)
         seed = held(context.get_abstract_parameter(self._seed_index))
         noise = self._deviation * torque_deviates(seed, sample)
-        output.SetFromVector(saturate(evaluate(self._input, context) + noise, self._limits))
+        output.SetFromVector(evaluate(self._input, context) + noise)

@@ -1,7 +1,7 @@
-"""Scenario -> MultibodyPlant: the WAM from `models/`, the string, the ball and the cup from the scenario.
+"""Scenario -> MultibodyPlant: the arm from its model file, the string, the ball and the cup from the scenario.
 
-Frames: W world, B arm base (`base`), E hand (`tool_plate`), L ball, C cup (rim's centre, z up). The base is rolled by pi, so
-that the arm hangs and joint 1 turns by `-bearing`.
+Frames: W world, B arm base (`base`), E hand (`tool_plate`), L ball, C cup (rim's centre, z up). The base of an arm that hangs is
+rolled by pi, so that joint 1 turns by `-bearing`.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ from pydrake.multibody.tree import (
 )
 from scipy.optimize import brentq
 
-from wam_cast.arm_model import arm_model_path
+from wam_cast.arm_model import arm_model
 from wam_cast.errors import InputError
 from wam_cast.robot.cup_mesh import cup_mesh
 from wam_cast.robot.drake_types import translation
-from wam_cast.scenario import Ball, Cup, Scenario, String
+from wam_cast.scenario import Arm, Ball, Cup, Scenario, String
 from wam_cast.types import Array
 
 N_ARM = 7
@@ -53,29 +53,37 @@ STRING_COLOR = (0.28, 0.24, 0.20, 1.0)
 BALL_COLOR = (0.90, 0.33, 0.05, 1.0)
 CUP_COLOR = (0.10, 0.42, 0.60, 0.25)
 """Translucent, so that a caught ball can be seen."""
+STAND_COLOR = (0.62, 0.56, 0.47, 1.0)
 FLOOR_COLOR = (0.80, 0.80, 0.78, 1.0)
 FLOOR_RADIUS = 1.5
 """Of the round patch of floor that is drawn [m]; contact knows a larger one."""
 
 
-def add_arm(plant: MultibodyPlant, scenario: Scenario) -> ModelInstanceIndex:
-    """Add the WAM, hanging from the ceiling above the world's origin; return its model instance."""
+def base_pose(arm: Arm, tilt: tuple[float, float] = (0.0, 0.0)) -> RigidTransform:
+    """Return X_WB of the mounted arm, turned by a small `tilt` about the world's x and y axes [rad] besides."""
+    roll, pitch = {"ceiling": (np.pi, 0.0), "floor": (0.0, 0.0), "wall": (0.0, np.pi / 2)}[arm.mount]
+    R_tilt, R_WB = RollPitchYaw(*tilt, 0).ToRotationMatrix(), RollPitchYaw(roll, pitch, 0).ToRotationMatrix()
+    return translation([0, 0, arm.mount_height], R_tilt @ R_WB)
+
+
+def add_arm(plant: MultibodyPlant, scenario: Scenario, tilt: tuple[float, float] = (0.0, 0.0)) -> ModelInstanceIndex:
+    """Add the arm, mounted, and set gravity; return its model instance."""
     with _quiet_about_joint_friction():
-        (arm,) = Parser(plant).AddModels(arm_model_path())
-    X_WB = translation([0, 0, scenario.arm.mount_height], RollPitchYaw(np.pi, 0, 0).ToRotationMatrix())
-    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("base", arm), X_WB)
+        (arm,) = Parser(plant).AddModelsFromString(arm_model(scenario.arm).urdf, "urdf")
+    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("base", arm), base_pose(scenario.arm, tilt))
+    plant.mutable_gravity_field().set_gravity_vector(np.array([0.0, 0.0, -scenario.gravity]))
     return arm
 
 
-def add_string(plant: MultibodyPlant, string: String, parent_frame: Frame) -> Frame:
-    """Add the string below `parent_frame` and return the frame at its end.
+def add_string(plant: MultibodyPlant, string: String, ball: Ball, parent_frame: Frame) -> Frame:
+    """Add the string below `parent_frame`, as long as the `ball` leaves it, and return the frame at its end.
 
     A universal joint turns about x of its parent first, then about y of its child, and is singular where the second angle
     is a right angle. `parent_frame` has its x axis normal to the casting plane, so that swinging in that plane is the first
     angle, which may turn without limit.
     """
     model = plant.AddModelInstance("string")
-    link_length = string.length / string.n_links
+    link_length = (string.length - ball.radius) / string.n_links
     inertia = SpatialInertia(
         string.mass / string.n_links,
         np.array([0, 0, link_length / 2]),
@@ -98,12 +106,20 @@ def add_string(plant: MultibodyPlant, string: String, parent_frame: Frame) -> Fr
 
 
 def add_ball(
-    plant: MultibodyPlant, ball: Ball, string_end: Frame, contact: ProximityProperties | None = None
+    plant: MultibodyPlant,
+    ball: Ball,
+    string_end: Frame,
+    knot_damping: float,
+    contact: ProximityProperties | None = None,
 ) -> RigidBody:
-    """Add the ball, its centre at the string's end; return its body. `contact`: proximity properties, or none."""
-    inertia = SpatialInertia.SolidSphereWithMass(ball.mass, ball.radius)
-    body = plant.AddRigidBody("ball", plant.AddModelInstance("ball"), inertia)
-    plant.WeldFrames(string_end, body.body_frame())
+    """Add the ball, its surface on a universal joint at the string's end; return its body.
+
+    `knot_damping` is the joint's [N m s]. `contact`: proximity properties, or none.
+    """
+    inertia = UnitInertia.TriaxiallySymmetric(ball.inertia_factor * ball.radius**2)
+    body = plant.AddRigidBody("ball", plant.AddModelInstance("ball"), SpatialInertia(ball.mass, np.zeros(3), inertia))
+    knot = plant.AddFrame(FixedOffsetFrame("knot", body.body_frame(), translation([0, 0, -ball.radius])))
+    plant.AddJoint(UniversalJoint("knot", string_end, knot, knot_damping))
     if plant.geometry_source_is_registered():
         shape = Sphere(ball.radius)
         plant.RegisterVisualGeometry(body, RigidTransform(), shape, "ball", np.array(BALL_COLOR))
@@ -140,7 +156,7 @@ def contact_material(cup: Cup) -> ProximityProperties:
 
 
 def add_cup(plant: MultibodyPlant, cup: Cup) -> None:
-    """Add the cup, a hollow cylinder with an open top, and the floor; the cup's frame C is at the rim's centre.
+    """Add the cup, a hollow cylinder with an open top, its stand, and the floor; the cup's frame C is at the rim's centre.
 
     Its wall is a ring of boxes for contact, whose inner faces touch the inner radius. Where the cup stands is the pose of
     the frame `cup_mount`, a parameter of the plant's context.
@@ -154,16 +170,21 @@ def add_cup(plant: MultibodyPlant, cup: Cup) -> None:
     plant.WeldFrames(mount, body.body_frame())
     material = contact_material(cup)
     width = 2 * cup.outer_radius * np.tan(np.pi / N_CUP_WALLS)
-    wall = Box(cup.wall_thickness, width, cup.rim_height)
+    wall = Box(cup.wall_thickness, width, cup.height)
     for i in range(N_CUP_WALLS):
         R_CWall = RotationMatrix.MakeZRotation(2 * np.pi * i / N_CUP_WALLS)
-        p_CWall = R_CWall @ np.array([cup.inner_radius + cup.wall_thickness / 2, 0, -cup.rim_height / 2])
+        p_CWall = R_CWall @ np.array([cup.inner_radius + cup.wall_thickness / 2, 0, -cup.height / 2])
         X_CWall = RigidTransform(R_CWall, p_CWall)
         plant.RegisterCollisionGeometry(body, X_CWall, wall, f"cup_wall{i}", material)
     bottom = Cylinder(cup.outer_radius, cup.bottom_thickness)
-    X_CBottom = translation([0, 0, cup.bottom_thickness / 2 - cup.rim_height])
+    X_CBottom = translation([0, 0, cup.bottom_thickness / 2 - cup.height])
     plant.RegisterCollisionGeometry(body, X_CBottom, bottom, "cup_bottom", material)
     plant.RegisterVisualGeometry(body, RigidTransform(), cup_mesh(cup), "cup", np.array(CUP_COLOR))
+    if cup.base_height > 0:
+        stand = Cylinder(cup.base_radius, cup.base_height)
+        X_CStand = translation([0, 0, cup.base_height / 2 - cup.rim_height])
+        plant.RegisterCollisionGeometry(body, X_CStand, stand, "stand", material)
+        plant.RegisterVisualGeometry(body, X_CStand, stand, "stand", np.array(STAND_COLOR))
     slab = Box(6, 6, 0.2)
     X_WSlab = translation([0, 0, -0.1])
     plant.RegisterCollisionGeometry(plant.world_body(), X_WSlab, slab, "floor", material)
@@ -181,9 +202,10 @@ def add_hook(plant: MultibodyPlant) -> Frame:
 def fill_plant(plant: MultibodyPlant, scenario: Scenario) -> None:
     """Add arm, string and ball to an empty plant, the cup and the floor if it has geometry, and finalize it."""
     has_geometry = plant.geometry_source_is_registered()
-    add_arm(plant, scenario)
-    string_end = add_string(plant, scenario.string, add_hook(plant))
-    add_ball(plant, scenario.ball, string_end, contact_material(scenario.cup) if has_geometry else None)
+    add_arm(plant, scenario, scenario.arm.base_tilt)
+    string, ball = scenario.string, scenario.ball
+    string_end = add_string(plant, string, ball, add_hook(plant))
+    add_ball(plant, ball, string_end, string.knot_damping, contact_material(scenario.cup) if has_geometry else None)
     if has_geometry:
         add_cup(plant, scenario.cup)
     plant.Finalize()
@@ -191,7 +213,7 @@ def fill_plant(plant: MultibodyPlant, scenario: Scenario) -> None:
 
 
 def make_arm_plant(scenario: Scenario) -> MultibodyPlant:
-    """Return a finalized plant of the arm alone: the controller's own model of it."""
+    """Return a finalized plant of the arm alone, as upright as it is said to be: the controller's own model of it."""
     plant = MultibodyPlant(time_step=0.0)
     add_arm(plant, scenario)
     plant.Finalize()
@@ -209,7 +231,7 @@ def starting_posture(arm_plant: MultibodyPlant, scenario: Scenario, bearing: flo
     InputError
         If the hand cannot be there or a joint would exceed its limits.
     """
-    motion = scenario.motion
+    motion, arm = scenario.motion, arm_model(scenario.arm)
     context = arm_plant.CreateDefaultContext()
     arm_plant.SetPositions(context, np.array([0, 0, 0, 0, 0, scenario.arm.wrist_pitch, 0]))
 
@@ -219,7 +241,8 @@ def starting_posture(arm_plant: MultibodyPlant, scenario: Scenario, bearing: flo
 
     shoulder, elbow, hand = (point_in_base(name) for name in ("link2", "link4", "tool_plate"))
     upper, fore = elbow - shoulder, hand - elbow
-    target = np.array([motion.start_radius, scenario.arm.mount_height - motion.start_height]) - shoulder
+    p_WE_start = np.array([motion.start_radius, 0.0, motion.start_height])
+    target = (base_pose(scenario.arm).inverse() @ p_WE_start)[[0, 2]] - shoulder
     upper_length, fore_length, distance = (float(np.linalg.norm(bar)) for bar in (upper, fore, target))
     cosine = (distance**2 - upper_length**2 - fore_length**2) / (2 * upper_length * fore_length)
     if not -1 <= cosine <= 1:
@@ -231,23 +254,28 @@ def starting_posture(arm_plant: MultibodyPlant, scenario: Scenario, bearing: flo
     q4 = _pitch(upper) - _pitch(fore) + np.arccos(cosine)
     turned_fore = np.array([[np.cos(q4), np.sin(q4)], [-np.sin(q4), np.cos(q4)]]) @ fore
     q2 = _pitch(target) - _pitch(upper + turned_fore)
-    q = np.array([-bearing, q2, 0.0, q4, 0.0, scenario.arm.wrist_pitch, 0.0])
+    q = np.array([arm.joint_1_turn * bearing, q2, 0.0, q4, 0.0, scenario.arm.wrist_pitch, 0.0])
     longest = 0.98 * (upper_length + float(np.linalg.norm(fore)))
     for height in (motion.start_height, motion.start_height - motion.drop_distance):
-        below = scenario.arm.mount_height - shoulder[1] - height
-        needed = float(np.hypot(motion.start_radius + scenario.bounds.distance[1], below))
+        far = motion.start_radius + scenario.bounds.distance[1] - arm.shoulder_radius
+        needed = float(np.hypot(far, arm.shoulder_height - height))
         if needed > longest:
             raise InputError(
                 f"bounds.distance = {list(scenario.bounds.distance)}: at its longest move the hand would be {needed:.3f} m from "
                 f"the shoulder at a height of {height:g} m, the arm allows {longest:.3f} m; lower the second number, or "
                 "motion.start_radius or motion.drop_distance"
             )
+    lowest, highest = arm.bearing_limits
+    if not lowest <= bearing <= highest:
+        raise InputError(
+            f"cast.bearing = {bearing:.4g} rad: choose one from {lowest:.4g} to {highest:.4g} rad, where the "
+            f"{scenario.arm.mount}-mounted arm turns"
+        )
     lower, upper_limit = arm_plant.GetPositionLowerLimits(), arm_plant.GetPositionUpperLimits()
     for i in np.flatnonzero((q < lower) | (q > upper_limit)):
-        what = "cast.bearing" if i == 0 else "motion.start_radius or motion.start_height"
         raise InputError(
             f"starting posture: joint {i + 1} at {q[i]:.3f} rad is outside its limits {lower[i]:g} to {upper_limit[i]:g}; "
-            f"change {what}"
+            "change motion.start_radius, motion.start_height or arm.wrist_pitch"
         )
     return q
 

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, SceneGraph
 from pydrake.math import RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, OutputPort
-from pydrake.systems.primitives import Adder, LogVectorOutput, MatrixGain, Saturation, ZeroOrderHold
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, System
+from pydrake.systems.primitives import DiscreteTimeDelay, LogVectorOutput, ZeroOrderHold
 
-from wam_cast.arm_model import arm_coulomb_friction
+from wam_cast.arm_model import arm_model
 from wam_cast.cast import Cast
 from wam_cast.casting_plane import to_casting_plane
 from wam_cast.errors import InputError
@@ -24,6 +24,8 @@ from wam_cast.robot.ball_tracker import BallTracker
 from wam_cast.robot.controller import CastController
 from wam_cast.robot.drake_types import add_system, translation
 from wam_cast.robot.encoders import Encoders, encoder_resolution
+from wam_cast.robot.forces import connect_forces
+from wam_cast.robot.motors import Motors
 from wam_cast.robot.noise import TorqueNoise, executed_cast, swing_at_start
 from wam_cast.robot.plant import HOOK, N_ARM, fill_plant, hanging_positions, make_arm_plant, starting_posture
 from wam_cast.robot.station_state import StationState
@@ -32,9 +34,6 @@ from wam_cast.types import Array, Position
 
 CONTROLLER_PORTS = ("hand", "hand_desired", "stage")
 """Output ports of the controller that are exported if it has them."""
-
-FRICTION_SPEED = 0.1
-"""Joint speed [rad/s] from which Coulomb friction has its full size; below, it grows in proportion."""
 
 
 class Log(NamedTuple):
@@ -63,18 +62,28 @@ class Log(NamedTuple):
         return Log(*map(np.concatenate, zip(self, later, strict=True)))
 
 
+def believed(scenario: Scenario, belief: Scenario | None) -> Scenario:
+    """Return what a controller knows: the `belief`, if there is one, with the controller's values of the robot itself."""
+    return scenario if belief is None else belief.model_copy(update={"controller": scenario.controller})
+
+
 class CastStation:
     """The arm, the string, the ball and the cup under a controller, as a Drake diagram.
 
-    Exported output ports: `state` (all positions and velocities), `arm_state` (q and v of the arm, 14), `ball_position` and
-    `ball_velocity` (p_WL, v_WL), `torque` (the motors', held between samples, 7), and of the controller's, if it has them, `hand`
-    and `hand_desired` (p_WE and v_WE, 6; `hand` as the controller measures it) and `stage` (1). Logs of `state` and `torque`, a
-    sample per control period, are what outcomes are made from.
+    The diagram's default context is a cast at its start: run it in a `Simulator`. Exported output ports: `state` (all positions and
+    velocities), `arm_state` (q and v of the arm, 14), `ball_position` and `ball_velocity` (p_WL, v_WL), `torque` (the motors', held
+    between samples, 7), of the controller's, if it has them, `hand` and `hand_desired` (p_WE and v_WE, 6; `hand` as the controller
+    measures it) and `stage` (1), and `query_object` of the scene, for cameras. Exported input port: `applied_spatial_force`, for
+    forces on any body; it may stay unconnected. Logs of `state` and `torque`, a sample per control period, are what outcomes are
+    made from.
 
     Parameters
     ----------
     scenario
         What is built.
+    belief
+        The robot as it is believed to be: what the controller's own model of the arm and its motion are made from. By default the
+        same scenario. Gains and timing of the controller are the robot's own, whatever is believed.
     has_scene
         With geometry: the cup and the floor, contact, and what can be seen. Without, the plant is the same but the ball touches
         nothing, which simulates faster.
@@ -87,7 +96,9 @@ class CastStation:
 
     Attributes
     ----------
-    diagram, plant, scene_graph, controller, hold, ball_tracker
+    scenario, belief
+        As given; `belief` with the controller's values of `scenario`.
+    diagram, plant, scene_graph, controller, motors, hold, ball_tracker
         The diagram and its parts; `scene_graph` is none without geometry.
     """
 
@@ -95,12 +106,13 @@ class CastStation:
         self,
         scenario: Scenario,
         *,
+        belief: Scenario | None = None,
         has_scene: bool = True,
         controller: LeafSystem | None = None,
         meshcat: Meshcat | None = None,
     ) -> None:
-        self.scenario = scenario
-        controller = controller or CastController(scenario)
+        self.scenario, self.belief = scenario, believed(scenario, belief)
+        controller = controller or CastController(self.belief)
         set_cast: Callable[..., None] | None = getattr(controller, "set_cast", None)
         if set_cast is None:
             raise InputError(
@@ -112,9 +124,13 @@ class CastStation:
         builder = DiagramBuilder()
         self._add_plant(builder, has_scene)
         self._torque_noise: TorqueNoise | None = None
-        self._arm_plant = make_arm_plant(scenario)
-        self._q_start = starting_posture(self._arm_plant, scenario)
+        self._delay: DiscreteTimeDelay | None = None
+        self._arm_plant = make_arm_plant(self.belief)
+        # The robot goes to where its encoders read the starting posture.
+        self._q_start = starting_posture(self._arm_plant, self.belief) - scenario.arm.encoder_offset
+        self.plant.SetDefaultPositions(hanging_positions(self.plant, self._q_start))
         self.controller: LeafSystem = add_system(builder, "controller", controller)
+        self.motors = add_system(builder, "motors", Motors(self.plant, scenario.arm))
         self.hold = add_system(builder, "hold", ZeroOrderHold(scenario.controller.period, N_ARM))
         self.ball_tracker = add_system(builder, "ball_tracker", BallTracker(self.plant))
         self._connect(builder)
@@ -140,52 +156,37 @@ class CastStation:
         fill_plant(self.plant, self.scenario)
 
     def _connect(self, builder: DiagramBuilder) -> None:
-        plant = self.plant
+        plant, robot, period = self.plant, self.scenario, self.scenario.controller.period
         self._arm = plant.GetModelInstanceByName("wam7")
-        measured = plant.get_state_output_port(self._arm)
+        arm_state = measured = plant.get_state_output_port(self._arm)
         commanded = self.controller.GetOutputPort("actuation")
-        if self.scenario.noise.encoder_counts > 0:
-            measured = self._add_encoders(builder, measured)
-        if self.scenario.noise.torque > 0:
-            commanded = self._add_torque_noise(builder, commanded)
+        offset = np.array(robot.arm.encoder_offset)
+        if robot.noise.encoder_counts > 0 or np.any(offset):
+            resolution = encoder_resolution(plant, robot.noise.encoder_counts)
+            encoders = add_system(builder, "encoders", Encoders(resolution, period, offset))
+            builder.Connect(measured, encoders.get_input_port())
+            measured = encoders.get_output_port()
+        if robot.controller.delay > 0:
+            # Its own sampling is the first period of the delay.
+            self._delay = add_system(builder, "delay", DiscreteTimeDelay(period, robot.controller.delay - 1, N_ARM))
+            builder.Connect(commanded, self._delay.get_input_port())
+            commanded = self._delay.get_output_port()
+        if robot.noise.torque > 0:
+            noise = TorqueNoise(robot.noise.torque, plant.GetEffortUpperLimits(), period)
+            self._torque_noise = add_system(builder, "torque_noise", noise)
+            builder.Connect(commanded, noise.get_input_port())
+            commanded = noise.get_output_port()
         builder.Connect(measured, self.controller.GetInputPort("arm_state"))
-        builder.Connect(commanded, self.hold.get_input_port())
-        actuation = self.hold.get_output_port()
-        if self.scenario.arm.coulomb_friction > 0:
-            actuation = self._add_friction(builder, actuation)
-        builder.Connect(actuation, plant.get_actuation_input_port())
+        builder.Connect(commanded, self.motors.GetInputPort("commanded"))
+        builder.Connect(arm_state, self.motors.GetInputPort("arm_state"))
+        builder.Connect(self.motors.get_output_port(), self.hold.get_input_port())
+        builder.Connect(self.hold.get_output_port(), plant.get_actuation_input_port())
+        connect_forces(builder, plant, robot)
         for name in ("body_poses", "body_spatial_velocities"):
             builder.Connect(plant.GetOutputPort(name), self.ball_tracker.GetInputPort(name))
 
-    def _add_encoders(self, builder: DiagramBuilder, arm_state: OutputPort) -> OutputPort:
-        resolution = encoder_resolution(self.plant, self.scenario.noise.encoder_counts)
-        encoders = add_system(builder, "encoders", Encoders(resolution, self.scenario.controller.period))
-        builder.Connect(arm_state, encoders.get_input_port())
-        return encoders.get_output_port()
-
-    def _add_torque_noise(self, builder: DiagramBuilder, commanded: OutputPort) -> OutputPort:
-        limits, period = self.plant.GetEffortUpperLimits(), self.scenario.controller.period
-        noise = add_system(builder, "torque_noise", TorqueNoise(self.scenario.noise.torque, limits, period))
-        self._torque_noise = noise
-        builder.Connect(commanded, noise.get_input_port())
-        return noise.get_output_port()
-
-    def _add_friction(self, builder: DiagramBuilder, torque: OutputPort) -> OutputPort:
-        """Take the joints' Coulomb friction from `torque`; Drake's own blocks keep Python out of the integrator's steps."""
-        friction = self.scenario.arm.coulomb_friction * arm_coulomb_friction()
-        select_v = np.hstack([np.zeros((N_ARM, N_ARM)), np.eye(N_ARM) / FRICTION_SPEED])
-        relative_speed = add_system(builder, "relative_speed", MatrixGain(select_v))
-        direction = add_system(builder, "direction", Saturation(-np.ones(N_ARM), np.ones(N_ARM)))
-        friction_torque = add_system(builder, "friction_torque", MatrixGain(-np.diag(friction)))
-        joint_torque = add_system(builder, "joint_torque", Adder(2, N_ARM))
-        builder.Connect(self.plant.get_state_output_port(self._arm), relative_speed.get_input_port())
-        builder.Connect(relative_speed.get_output_port(), direction.get_input_port())
-        builder.Connect(direction.get_output_port(), friction_torque.get_input_port())
-        builder.Connect(friction_torque.get_output_port(), joint_torque.get_input_port(0))
-        builder.Connect(torque, joint_torque.get_input_port(1))
-        return joint_torque.get_output_port()
-
     def _export(self, builder: DiagramBuilder) -> None:
+        builder.ExportInput(self.plant.get_applied_spatial_force_input_port(), "applied_spatial_force")
         builder.ExportOutput(self.plant.get_state_output_port(), "state")
         builder.ExportOutput(self.plant.get_state_output_port(self._arm), "arm_state")
         builder.ExportOutput(self.ball_tracker.GetOutputPort("position"), "ball_position")
@@ -193,6 +194,8 @@ class CastStation:
         for name in filter(self.controller.HasOutputPort, CONTROLLER_PORTS):
             builder.ExportOutput(self.controller.GetOutputPort(name), name)
         builder.ExportOutput(self.hold.get_output_port(), "torque")
+        if self.scene_graph is not None:
+            builder.ExportOutput(self.scene_graph.get_query_output_port(), "query_object")
 
     def _add_logs(self, builder: DiagramBuilder) -> None:
         ports = {"state": self.plant.get_state_output_port(), "torque": self.hold.get_output_port()}
@@ -207,7 +210,7 @@ class CastStation:
         """Return the motion that the arm executes when `cast` is commanded; see `set_start`."""
         executed = executed_cast(self.scenario.noise, cast, noise_seed)
         radius = _cup_radius(cast, cup)
-        return CastMotion(self.scenario, executed, start_bearing=start_bearing, cup_radius=radius)
+        return CastMotion(self.belief, executed, start_bearing=start_bearing, cup_radius=radius)
 
     def set_start(
         self,
@@ -225,19 +228,19 @@ class CastStation:
         if it has any: which cast is executed, how the ball swings, what the torques do.
         """
         motion = self.executed_motion(cast, cup, noise_seed=noise_seed, start_bearing=start_bearing)
-        self.begin(context, motion, cup, noise_seed=noise_seed)
+        self.begin(context, motion, None if cup is None else self.scenario.place_of_cup(cup), noise_seed=noise_seed)
 
     def begin(self, context: Context, motion: CastMotion, cup: Position | None = None, *, noise_seed: int = 0) -> None:
-        """Put the diagram's `context` at the start of a `motion`, as `set_start` does for a cast.
+        """Put the diagram's `context` at the start of a `motion`, as `set_start` does for a cast, with the cup standing at `cup`.
 
         A controller whose `set_cast` takes the cast alone is told no more; it cannot start elsewhere than at home.
         """
         self.check_bearing(motion.cast.bearing, is_first=motion.start_bearing == 0)
-        self.diagram.SetDefaultContext(context)
+        self.diagram.SetDefaultContext(self.diagram.GetMyMutableContextFromRoot(context))
         context.SetTime(0.0)
         plant_context = self.plant.GetMyMutableContextFromRoot(context)
         q_arm = self._q_start.copy()
-        q_arm[0] = -motion.start_bearing
+        q_arm[0] += arm_model(self.belief.arm).joint_1_turn * motion.start_bearing
         q, v = hanging_positions(self.plant, q_arm), np.zeros(self.plant.num_velocities())
         if self.scenario.noise.swing > 0:
             angles, rates = swing_at_start(self.scenario, noise_seed)
@@ -250,6 +253,10 @@ class CastStation:
             self._torque_noise.set_seed(self._torque_noise.GetMyMutableContextFromRoot(context), noise_seed)
         if cup is not None and self.scene_graph is not None:
             self.set_cup(context, cup)
+        if self._delay is not None:
+            first = self.controller.GetOutputPort("actuation").Eval(self.controller.GetMyContextFromRoot(context))
+            delay_context = self._delay.GetMyMutableContextFromRoot(context)
+            delay_context.SetDiscreteState(np.tile(first, self.scenario.controller.delay))
         for log in self._logs.values():
             log.FindMutableLog(context).Clear()
 
@@ -266,7 +273,7 @@ class CastStation:
 
     def check_bearing(self, bearing: float, *, is_first: bool) -> None:
         """Raise `.InputError` if joint 1 cannot turn to `bearing` [rad], or the controller start a cast at home alone."""
-        starting_posture(self._arm_plant, self.scenario, bearing)
+        starting_posture(self._arm_plant, self.belief, bearing)
         if not is_first and not self._is_told_places:
             raise InputError(
                 f"controller {type(self.controller).__name__}: cannot go from cup to cup, since its set_cast takes no "
@@ -284,12 +291,17 @@ class CastStation:
         mount.SetPoseInParentFrame(self.plant.GetMyMutableContextFromRoot(context), X_WC)
 
     def state(self, context: Context) -> StationState:
-        """Return the time in the diagram's `context`, and the state of plant, controller and held torque."""
-        return StationState.of(context, (self.plant, self.controller, self.hold))
+        """Return the time in the diagram's `context`, and the state of plant, controller, delayed and held torque."""
+        return StationState.of(context, self._systems_with_state)
 
     def set_state(self, context: Context, state: StationState) -> None:
         """Give the diagram's `context` the state that one of this station or of another kind had; its time stays."""
-        state.put_into(context, (self.plant, self.controller, self.hold))
+        state.put_into(context, self._systems_with_state)
+
+    @property
+    def _systems_with_state(self) -> tuple[System, ...]:
+        systems: tuple[System, ...] = (self.plant, self.controller, self.hold)
+        return systems if self._delay is None else (*systems, self._delay)
 
     def logged(self, context: Context) -> Log:
         """Return the logs in `context`."""

@@ -7,7 +7,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from wam_cast.constants import GRAVITY
 from wam_cast.scenario import Cup, Scenario
 from wam_cast.types import Array, Position
 
@@ -19,12 +18,21 @@ SLACK_MARGIN = 0.005
 
 
 def gap_to_contact(p_WL: Array, cup: Position, scenario: Scenario) -> float:
-    """Return the distance [m] of a ball with its centre at `p_WL` (3,) from the floor or a solid cylinder as large as the cup."""
+    """Return the distance [m] of a ball at `p_WL` (3,) from the floor and from solid cylinders as large as cup and stand."""
     shape, radius = scenario.cup, scenario.ball.radius
-    outside = math.hypot(p_WL[0] - cup[0], p_WL[1] - cup[1]) - shape.outer_radius
-    above = p_WL[2] - shape.rim_height
-    to_cup = math.hypot(max(outside, 0.0), max(above, 0.0))
-    return float(min(to_cup, p_WL[2]) - radius)
+    from_axis = math.hypot(p_WL[0] - cup[0], p_WL[1] - cup[1])
+
+    def to_cylinder(cylinder_radius: float, height: float) -> float:
+        return math.hypot(max(from_axis - cylinder_radius, 0.0), max(p_WL[2] - height, 0.0))
+
+    to_stand = to_cylinder(shape.base_radius, shape.base_height) if shape.base_height > 0 else math.inf
+    return float(min(to_cylinder(shape.outer_radius, shape.rim_height), to_stand, p_WL[2]) - radius)
+
+
+def height_above_support(p_WL: Array, position: Position, cup: Cup) -> float:
+    """Return the height [m] of `p_WL`, shape (3,), above the stand of a cup at `position`, or above the floor beside it."""
+    is_over_stand = math.hypot(p_WL[0] - position[0], p_WL[1] - position[1]) < cup.base_radius
+    return float(p_WL[2] - (cup.base_height if is_over_stand and p_WL[2] > cup.base_height else 0.0))
 
 
 def is_inside(p_CL: Array, cup: Cup) -> NDArray[np.bool_]:
@@ -33,10 +41,10 @@ def is_inside(p_CL: Array, cup: Cup) -> NDArray[np.bool_]:
     return np.asarray((p_CL[..., 2] < 0) & (radial < cup.inner_radius))
 
 
-def possible_rise(p_CL: Array, speed: float, cup: Cup, ball_radius: float) -> float:
+def possible_rise(p_CL: Array, speed: float, scenario: Scenario) -> float:
     """Return how far above its resting place on the cup's bottom [m] a free ball at `p_CL`, shape (3,), would rise."""
-    height = p_CL[2] + cup.rim_height - cup.bottom_thickness - ball_radius
-    return float(height + speed**2 / (2 * GRAVITY))
+    height = p_CL[2] + scenario.cup.height - scenario.cup.bottom_thickness - scenario.ball.radius
+    return float(height + speed**2 / (2 * scenario.gravity))
 
 
 def touches_rim(p_CL: Array, cup: Cup, ball_radius: float, tolerance: float = 5e-4) -> NDArray[np.bool_]:

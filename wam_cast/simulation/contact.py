@@ -17,12 +17,12 @@ from wam_cast.robot.drake_types import evaluate
 from wam_cast.robot.station import CastStation, Log
 from wam_cast.robot.station_state import StationState
 from wam_cast.scenario import Scenario
-from wam_cast.simulation.ball_and_cup import REST_RISE, is_inside, possible_rise
+from wam_cast.simulation.ball_and_cup import REST_RISE, height_above_support, is_inside, possible_rise
 from wam_cast.simulation.contact_free import ContactFree
 from wam_cast.simulation.polling import CONTACT_POLL_PERIODS, DivergedError, advance, bounded_part, poll_ball
 
 LYING_HEIGHT = 1.1
-"""A ball whose centre is lower than this many of its radii lies on the floor."""
+"""A ball whose centre is lower than this many of its radii above floor or stand lies there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,9 +51,9 @@ class Contact:
 class ContactPhase:
     """Simulates the contact phase of any number of casts under `controller`, each where its contact-free phase handed over."""
 
-    def __init__(self, scenario: Scenario, controller: LeafSystem) -> None:
+    def __init__(self, scenario: Scenario, belief: Scenario | None, controller: LeafSystem) -> None:
         self._scenario = scenario
-        self._station = CastStation(scenario, has_scene=True, controller=controller)
+        self._station = CastStation(scenario, belief=belief, has_scene=True, controller=controller)
         self._simulator = Simulator(self._station.diagram)
 
     def settle(self, free: ContactFree) -> Contact:
@@ -71,12 +71,12 @@ class ContactPhase:
                 p_WL, speed = poll_ball(self._station, self._simulator)
                 p_CL = p_WL - [*free.cup, cup.rim_height]
                 inside = bool(is_inside(p_CL, cup))
-                is_low = inside and possible_rise(p_CL, speed, cup, radius) < REST_RISE
+                is_low = inside and possible_rise(p_CL, speed, self._scenario) < REST_RISE
                 n_low = n_low + 1 if is_low else 0
                 is_carried = self._touches_cup() or (is_carried and is_low)
                 is_at_rest = n_low > 1
-                on_floor = p_CL[2] + cup.rim_height < LYING_HEIGHT * radius
-                if (is_at_rest and is_carried) or (on_floor and not inside):
+                lies = height_above_support(p_WL, free.cup, cup) < LYING_HEIGHT * radius
+                if (is_at_rest and is_carried) or (lies and not inside):
                     break
         except DivergedError:
             has_diverged = True

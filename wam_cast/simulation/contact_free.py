@@ -43,7 +43,7 @@ class ContactFree:
     motion
         That the arm executes, of the cast with its noise.
     cup, noise_seed
-        World (x, y) [m] of the cup's axis, or none; what the noise was drawn from.
+        World (x, y) [m] of the cup's axis, where it does stand, or none; what the noise was drawn from.
     log
         Up to the end of the phase.
     above_until
@@ -83,8 +83,8 @@ class ContactFreePhase:
         Of the integrator [s].
     """
 
-    def __init__(self, scenario: Scenario, controller: LeafSystem) -> None:
-        self.station = CastStation(scenario, has_scene=False, controller=controller)
+    def __init__(self, scenario: Scenario, belief: Scenario | None, controller: LeafSystem) -> None:
+        self.station = CastStation(scenario, belief=belief, has_scene=False, controller=controller)
         self.step = integration_step(self.station)
         self._scenario = scenario
         self._simulator = Simulator(self.station.diagram)
@@ -95,10 +95,13 @@ class ContactFreePhase:
     ) -> ContactFree:
         """Simulate `cast` until the ball has crossed the rim plane and, with a cup, is near something that it can touch.
 
+        `cup` is where it is said to stand, world (x, y) [m].
+
         There the contact phase takes over. This one goes on all the same, until the ball is below the rim plane or the
         string taut: the model learns where and how the ball comes down, and what the rim makes of it must not count.
         """
         motion = self._begin(cast, cup, noise_seed, start)
+        cup = None if cup is None else self._scenario.place_of_cup(cup)
         period, end = self._scenario.controller.period, motion.stage_ends[Stage.HOLD]
         n, n_poll, above_until, is_low = 0, POLL_PERIODS, 0.0, False
         hand_over: StationState | None = None
@@ -139,7 +142,7 @@ class ContactFreePhase:
         context = self._simulator.get_mutable_context()
         start_bearing = 0.0 if start is None else start.bearing
         motion = self.station.executed_motion(cast, cup, noise_seed=noise_seed, start_bearing=start_bearing)
-        self.station.begin(context, motion, cup, noise_seed=noise_seed)
+        self.station.begin(context, motion, noise_seed=noise_seed)
         if start is not None:
             self.station.set_state(context, start.state)
         self._simulator.Initialize()

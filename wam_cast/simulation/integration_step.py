@@ -7,11 +7,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from wam_cast.arm_model import arm_coulomb_friction
 from wam_cast.cast import Cast
 from wam_cast.errors import InputError
+from wam_cast.robot.forces import FRICTION_SPEED, coulomb_friction
 from wam_cast.robot.plant import N_ARM, hanging_positions
-from wam_cast.robot.station import FRICTION_SPEED, CastStation
+from wam_cast.robot.station import CastStation
 from wam_cast.types import Array
 
 MAX_GROWTH = 5.0
@@ -74,5 +74,5 @@ def _joint_damping(station: CastStation) -> Array:
         joint = plant.get_joint(index)
         start = joint.velocity_start()
         damping[start : start + joint.num_velocities()] = joint.default_damping_vector()
-    damping[:N_ARM] += station.scenario.arm.coulomb_friction * arm_coulomb_friction() / FRICTION_SPEED
+    damping[:N_ARM] += coulomb_friction(station.scenario) / FRICTION_SPEED
     return damping

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 from wam_cast.casting_plane import to_casting_plane
 from wam_cast.motion.stages import CastMotion, Stage
-from wam_cast.robot.controller import torque_utilization
+from wam_cast.robot.motors import motor_utilization
 from wam_cast.robot.plant import N_ARM
 from wam_cast.robot.station import CastStation, Log
 from wam_cast.scenario import Cup
@@ -111,8 +111,8 @@ class Judge:
 
     def _limits_used(self, log: Log) -> tuple[Array, Array]:
         """Return the peak utilization of the torque and velocity limits, (7,) each."""
-        torque_used = torque_utilization(log.torques, self._torque_limits)
-        velocity_used = np.abs(log.states[:, self._n_q : self._n_q + N_ARM]) / self._speed_limits
+        torque_used = motor_utilization(log.torques, self._torque_limits)
+        velocity_used = motor_utilization(log.states[:, self._n_q : self._n_q + N_ARM], self._speed_limits)
         return torque_used.max(axis=0, initial=0.0), velocity_used.max(axis=0, initial=0.0)
 
     def _landing(self, free: ContactFree) -> tuple[Crossing | None, Array]:

@@ -17,6 +17,7 @@ from pydrake.systems.framework import LeafSystem
 from wam_cast.cast import Cast, checked_cup
 from wam_cast.errors import InputError, checked_integer
 from wam_cast.robot.controller import CastController
+from wam_cast.robot.station import believed
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.contact import Contact, ContactPhase
 from wam_cast.simulation.contact_free import ContactFree, ContactFreePhase, Start
@@ -40,22 +41,27 @@ class Simulated:
 class CastSimulator:
     """Simulates casts of one scenario; building it takes longer than a cast, so keep it.
 
-    Outcomes do not depend on what was simulated before. `make_controller` makes a controller of your own from the scenario, see
-    `.CastStation`.
+    Outcomes do not depend on what was simulated before. `belief` is the robot as the controller knows it, by default the same;
+    `make_controller` makes a controller of your own from what is believed: see `.CastStation`.
     """
 
     def __init__(
-        self, scenario: Scenario, *, make_controller: Callable[[Scenario], LeafSystem] = CastController
+        self,
+        scenario: Scenario,
+        belief: Scenario | None = None,
+        *,
+        make_controller: Callable[[Scenario], LeafSystem] = CastController,
     ) -> None:
-        self.scenario = scenario
+        self.scenario, self._belief = scenario, belief
         self._make_controller = make_controller
-        self._contact_free = ContactFreePhase(scenario, make_controller(scenario))
+        self._contact_free = ContactFreePhase(scenario, belief, make_controller(believed(scenario, belief)))
         self._kinematics = Kinematics(self._contact_free.station.plant)
         self._judge = Judge(self._contact_free.station)
 
     @cached_property
     def _contact(self) -> ContactPhase:
-        return ContactPhase(self.scenario, self._make_controller(self.scenario))
+        controller = self._make_controller(believed(self.scenario, self._belief))
+        return ContactPhase(self.scenario, self._belief, controller)
 
     @property
     def step(self) -> float:
@@ -168,15 +174,17 @@ class CastSimulator:
 
 
 @lru_cache(maxsize=4)
-def _shared_simulator(scenario: Scenario) -> CastSimulator:
+def _shared_simulator(scenario: Scenario, belief: Scenario | None = None) -> CastSimulator:
     """Return the simulator of `scenario` that this process keeps."""
-    return CastSimulator(scenario)
+    return CastSimulator(scenario, belief)
 
 
 _one_at_a_time = threading.RLock()  # whoever is told of an outcome may simulate something else
 
 
-def simulate_cast(scenario: Scenario, cast: Cast, cup: Position | None = None, *, noise_seed: int = 0) -> Outcome:
+def simulate_cast(
+    scenario: Scenario, cast: Cast, cup: Position | None = None, *, belief: Scenario | None = None, noise_seed: int = 0
+) -> Outcome:
     """Simulate one cast, in a simulator that is kept for the next ones.
 
     Threads take turns, since Drake's Python systems are not made for several at once; use processes to go faster.
@@ -186,7 +194,10 @@ def simulate_cast(scenario: Scenario, cast: Cast, cup: Position | None = None, *
     scenario, cast
         What is cast, and how.
     cup
-        World (x, y) [m] of a physical cup's axis; without one the simulation ends when the ball has crossed the rim plane.
+        World (x, y) [m] of where the axis of a physical cup is said to be; without one the simulation ends when the ball has
+        crossed the rim plane.
+    belief
+        The robot as its controller knows it, by default the same `scenario`.
     noise_seed
         Draws the scenario's noise: the same seed gives the same outcome. Without noise it is of no consequence.
 
@@ -197,7 +208,7 @@ def simulate_cast(scenario: Scenario, cast: Cast, cup: Position | None = None, *
         to the cast's bearing.
     """
     with _one_at_a_time:
-        return _shared_simulator(scenario).simulate(cast, cup, noise_seed=noise_seed)
+        return _shared_simulator(scenario, belief).simulate(cast, cup, noise_seed=noise_seed)
 
 
 def simulate_casts(
@@ -205,6 +216,7 @@ def simulate_casts(
     casts: Sequence[Cast],
     cups: Sequence[Position],
     *,
+    belief: Scenario | None = None,
     noise_seed: int = 0,
     on_outcome: Callable[[Outcome], None] | None = None,
 ) -> list[Outcome]:
@@ -218,6 +230,8 @@ def simulate_casts(
         What is fixed.
     casts, cups
         What is cast in turn, and world (x, y) [m] of each one's cup; as many of the one as of the other.
+    belief
+        As for `simulate_cast`.
     noise_seed
         Draws the scenario's noise of the first cast, `noise_seed + 1` that of the second, and so on.
     on_outcome
@@ -232,5 +246,5 @@ def simulate_casts(
         raise InputError(f"casts, cups: {len(casts)} casts for {len(cups)} cups; give each cast its cup")
     throws = [Throw(cast, cup) for cast, cup in zip(casts, cups, strict=True)]
     with _one_at_a_time:
-        simulator = _shared_simulator(scenario)
+        simulator = _shared_simulator(scenario, belief)
         return simulator.simulate_sequence(throws, noise_seed=noise_seed, on_outcome=on_outcome)

@@ -11,7 +11,7 @@ from dataclasses import asdict
 import numpy as np
 from pydrake.geometry import Meshcat
 
-from wam_cast.arm_model import bearing_limits
+from wam_cast.arm_model import arm_model
 from wam_cast.cast import Cast, cast_bounds, checked_cup, nearest_allowed
 from wam_cast.casting_plane import from_polar, to_polar
 from wam_cast.errors import InputError
@@ -110,7 +110,7 @@ class Explorer:
             self.cup = checked_cup(cup)
         if cast is not None:
             allowed = nearest_allowed(self.scenario, cast.to_array())
-            self.cast = Cast.from_array(allowed, np.clip(cast.bearing, *bearing_limits()))
+            self.cast = Cast.from_array(allowed, np.clip(cast.bearing, *arm_model(self.scenario.arm).bearing_limits))
         self._note = ""
         self._refresh()
 
@@ -229,7 +229,7 @@ def _sliders(scenario: Scenario) -> dict[str, Slider]:
     """Return the sliders by what they choose; angles in tenths of a degree, within the stops of joint 1."""
     bounds = scenario.bounds
     degrees = math.degrees(1.0)
-    lowest, highest = (math.trunc(10 * degrees * limit) / 10 for limit in bearing_limits())
+    lowest, highest = (math.trunc(10 * degrees * limit) / 10 for limit in arm_model(scenario.arm).bearing_limits)
     return {
         "distance": Slider("distance [m]", *bounds.distance, 0.001),
         "speed": Slider("speed [m/s]", *bounds.speed, 0.001),

@@ -8,7 +8,7 @@ import numpy as np
 from pydrake.geometry import Cylinder, MeshcatAnimation, Rgba
 from pydrake.math import RigidTransform, RotationMatrix
 
-from wam_cast.arm_model import bearing_limits
+from wam_cast.arm_model import arm_model
 from wam_cast.cast import Cast
 from wam_cast.motion.stages import Stage
 from wam_cast.planning.landing_distribution import LandingStd
@@ -142,7 +142,7 @@ class ExplorerView:
     def _draw_floor(self, reach: tuple[float, float] | None) -> None:
         """Draw where cups can be reached, and the line in which the casting plane meets the floor."""
         if reach is not None:
-            angles = np.linspace(*bearing_limits(), 96)
+            angles = np.linspace(*arm_model(self.scenario.arm).bearing_limits, 96)
             x, y = (np.outer(reach, along) for along in (np.cos(angles), np.sin(angles)))
             self.meshcat.PlotSurface(f"{ROOT}/reach", x, y, np.full_like(x, HEIGHT), Rgba(*WITHIN_REACH))
         line = np.array([[0.0, 0.0, 0.0], [self._farthest, 0.0, 0.0]])

@@ -1,4 +1,0 @@
-"""Constants of nature."""
-
-GRAVITY = 9.81
-"""Drake's default [m/s^2]."""

@@ -1,0 +1,329 @@
+"""The parts of a scenario: groups of values, each with its unit, its default and what is allowed."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, Self, TypeAlias
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator, model_validator
+from pydantic_core import PydanticCustomError
+
+Positive = Annotated[float, Field(gt=0)]
+NonNegative = Annotated[float, Field(ge=0)]
+Seven = tuple[NonNegative, NonNegative, NonNegative, NonNegative, NonNegative, NonNegative, NonNegative]
+
+
+def _for_each_joint(value: Any) -> Any:
+    """Return a single number seven times."""
+    return (value,) * 7 if isinstance(value, (int, float)) and not isinstance(value, bool) else value
+
+
+Scale: TypeAlias = Annotated[
+    tuple[Positive, Positive, Positive, Positive, Positive, Positive, Positive], BeforeValidator(_for_each_joint)
+]
+"""Factors of the joints 1 to 7, or one for all."""
+
+Share = Annotated[float, Field(ge=0, le=2)]
+Shares: TypeAlias = Annotated[tuple[Share, Share, Share, Share, Share, Share, Share], BeforeValidator(_for_each_joint)]
+"""The same, from 0 to 2."""
+
+CupOffset = Annotated[float, Field(ge=-0.1, le=0.1)]
+Offset = Annotated[float, Field(ge=-0.2, le=0.2)]
+Offsets: TypeAlias = Annotated[
+    tuple[Offset, Offset, Offset, Offset, Offset, Offset, Offset], BeforeValidator(_for_each_joint)
+]
+"""Small angles of the joints 1 to 7 [rad], or one for all."""
+
+UNSCALED = (1.0,) * 7
+
+
+class Part(BaseModel):
+    """A frozen group of values that refuses unknown keys, nan and infinity."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _no_truth_values(cls, value: Any) -> Any:
+        if isinstance(value, bool):
+            raise PydanticCustomError("float_type", "Input should be a number")
+        return value
+
+
+class Arm(Part):
+    """The arm: a WAM with 7 joints, where it is mounted, and what of one arm differs from its model file.
+
+    Attributes
+    ----------
+    urdf
+        The arm's model file; a path in a scenario file counts from that file's folder. By default the shipped `models/wam7.urdf`.
+        Any URDF will do whose seven revolute joints are arranged as the WAM's: see `wam_cast.arm_model`.
+    base_frame, hand_frame
+        Names of the links that are mounted and that the string hangs from.
+    joints
+        Names of the seven joints from base to hand; by default the revolute ones between these two links.
+    mount
+        "ceiling": the arm hangs and joint 1 turns by the negative of the bearing. "floor": it stands, and joint 1 turns by the
+        bearing. "wall": it sticks out horizontally along the world's x axis from a wall at x = 0, and casts along that axis alone.
+    mount_height
+        Height of the mounting face's centre above the floor [m]. The axes of the joints 1 to 3 meet 0.346 m beyond it.
+    wrist_pitch
+        Joint 6 in the starting posture [rad]. Joints 3, 5 and 7 are zero there; joints 2 and 4 follow from the hand's position.
+    coulomb_friction
+        Share of the joints' Coulomb friction (from the model file) that acts: 0 none, 1 all.
+    viscous_friction_scale, mass_scale, inertia_scale, rotor_inertia_scale
+        Factors of what the model file says of the joints 1 to 7, of the links that they carry, and of their motors. A link's
+        inertia goes with its mass, and by `inertia_scale` besides.
+    torque_scale
+        Torque that the motors give, by what is commanded.
+    knee_speed
+        Fraction of its velocity limit from which on a motor cannot give its peak torque: from there to the limit it falls linearly
+        to zero, for torques that drive the motion. 1: it never falls.
+    encoder_offset
+        By which the encoders read too much [rad]. The controller does not know of it: it puts the arm elsewhere.
+    base_tilt
+        Of the mounting about the world's x and y axes [rad], of which the controller does not know either.
+    """
+
+    urdf: str | None = None
+    base_frame: str = "base"
+    hand_frame: str = "tool_plate"
+    joints: tuple[str, str, str, str, str, str, str] | None = None
+    mount: Literal["ceiling", "floor", "wall"] = "ceiling"
+    mount_height: NonNegative = 1.346
+    wrist_pitch: Annotated[float, Field(ge=-1.6, le=1.6)] = -0.6
+    coulomb_friction: Shares = (0.0,) * 7
+    viscous_friction_scale: Scale = UNSCALED
+    mass_scale: Scale = UNSCALED
+    inertia_scale: Scale = UNSCALED
+    rotor_inertia_scale: Scale = UNSCALED
+    torque_scale: Scale = UNSCALED
+    knee_speed: Annotated[float, Field(gt=0, le=1)] = 1.0
+    encoder_offset: Offsets = (0.0,) * 7
+    base_tilt: tuple[Offset, Offset] = (0.0, 0.0)
+
+
+class String(Part):
+    """The string: equal rigid links in a row, on universal joints, and the ball at its end on one more.
+
+    Attributes
+    ----------
+    length
+        From the hook in the hand to the ball's centre [m]; the links share it but for the ball's radius.
+    n_links
+        Number of links.
+    mass
+        Of the whole string [kg].
+    bending_damping
+        Moment per rate of curvature [N m^2 s]; a joint between two links has this over the link's length, so that the
+        string's own damping does not depend on the number of links.
+    bending_stiffness
+        Moment per curvature [N m^2]; a joint between two links has this over the link's length. 0: a string, no wire.
+    hook_damping
+        Of the joint between hand and string [N m s].
+    knot_damping
+        Of the joint between string and ball, at the ball's surface [N m s].
+    """
+
+    length: Positive = 0.60
+    n_links: Annotated[int, Field(ge=1, le=40)] = 10
+    mass: Positive = 0.003
+    bending_damping: NonNegative = 8e-7
+    bending_stiffness: NonNegative = 0.0
+    hook_damping: NonNegative = 1e-4
+    knot_damping: NonNegative = 1e-6
+
+
+class Ball(Part):
+    """The ball.
+
+    Attributes
+    ----------
+    mass, radius
+        [kg] and [m].
+    inertia_factor
+        Its moment of inertia over mass times radius squared: 0.4 for a solid sphere, 0.667 for a thin shell as of a tennis ball.
+    """
+
+    mass: Positive = 0.030
+    radius: Positive = 0.020
+    inertia_factor: Annotated[float, Field(gt=0, le=2 / 3 + 1e-3)] = 0.4
+
+
+class Cup(Part):
+    """The cup, a hollow cylinder on the floor or on a round stand, and its contact with the ball.
+
+    Attributes
+    ----------
+    rim_height
+        Height of the rim above the floor [m]: the plane in which a landing is measured.
+    base_height
+        Height of the cup's foot above the floor [m]: 0 on the floor, else of the stand that goes with it.
+    base_radius
+        Of that stand [m]: a pedestal, or a round table.
+    offset
+        From where the cup is said to stand to where it does: along the world's x and y axes [m].
+    inner_radius, wall_thickness, bottom_thickness
+        The cup's shape [m].
+    stiffness
+        Of the contact between ball and cup or floor [N/m].
+    restitution
+        Share of its speed that a ball keeps which hits a wall squarely at 2 m/s: 0.25 is nearly inelastic, 0.6 lively. Slower
+        impacts keep more.
+    friction
+        Coulomb friction coefficient between ball and cup or floor.
+    """
+
+    rim_height: Positive = 0.12
+    base_height: NonNegative = 0.0
+    base_radius: Positive = 0.06
+    offset: tuple[CupOffset, CupOffset] = (0.0, 0.0)
+    inner_radius: Positive = 0.030
+    wall_thickness: Positive = 0.0045
+    bottom_thickness: Positive = 0.006
+    stiffness: Positive = 2e4
+    restitution: Annotated[float, Field(gt=0, lt=1)] = 0.25
+    friction: NonNegative = 0.4
+
+    @property
+    def outer_radius(self) -> float:
+        """Outer radius of the wall [m]."""
+        return self.inner_radius + self.wall_thickness
+
+    @property
+    def height(self) -> float:
+        """From its foot to its rim [m]."""
+        return self.rim_height - self.base_height
+
+    @property
+    def floor_height(self) -> float:
+        """Height of the cup's bottom, on which a ball rests, above the floor [m]."""
+        return self.base_height + self.bottom_thickness
+
+
+class Controller(Part):
+    """Gains of the controller.
+
+    Attributes
+    ----------
+    kp, kd
+        Cartesian stiffness [N/m] and damping [N s/m] of the hand (`K_p`, `K_d` of the paper's Section 2.3).
+    posture_stiffness, posture_damping
+        Toward the starting posture [N m/rad] and against joint motion [N m s/rad], in the null space of the hand's position.
+    period
+        Sampling period [s]; the torque is held in between.
+    delay
+        Periods from a sample to the torque that answers it.
+    """
+
+    kp: NonNegative = 6000.0
+    kd: NonNegative = 250.0
+    posture_stiffness: Seven = (20.0, 20.0, 20.0, 20.0, 5.0, 5.0, 0.5)
+    posture_damping: Seven = (3.0, 3.0, 3.0, 3.0, 0.5, 0.5, 0.02)
+    period: Positive = 0.002
+    delay: Annotated[int, Field(ge=0, le=20)] = 0
+
+
+class Motion(Part):
+    """What is the same in every cast.
+
+    Attributes
+    ----------
+    start_radius, start_height
+        The hand before the cast: distance from the base axis and height above the floor [m].
+    turn_duration
+        How long joint 1 takes to turn the hand by one radian before the cast [s]; `wam_cast.motion.turn` has other angles.
+    min_move_duration
+        The horizontal move takes at least this long [s]; faster casts are not allowed.
+    drop_distance, drop_duration
+        How far [m] and how fast [s] the hand goes down in stage 3.
+    hold_duration
+        How long the hand stays down, so that the ball comes to rest [s].
+    fetch_duration, pull_duration, slide_duration, lift_duration, retreat_duration
+        The return [s]: to where the string is almost tight; until the ball is drawn against the cup's wall; as it slides up the
+        wall; straight up to the starting height; and back. See `wam_cast.motion.return_path`.
+    """
+
+    start_radius: Positive = 0.20
+    start_height: Positive = 0.80
+    turn_duration: Positive = 4.0
+    min_move_duration: Positive = 0.2
+    drop_distance: Positive = 0.45
+    drop_duration: Positive = 0.44
+    hold_duration: Positive = 1.5
+    fetch_duration: Positive = 1.0
+    pull_duration: Positive = 2.0
+    slide_duration: Positive = 1.5
+    lift_duration: Positive = 0.8
+    retreat_duration: Positive = 2.5
+
+
+class Noise(Part):
+    """What a real cast does not repeat; all zero, and so off, by default.
+
+    The noise of a cast is drawn from a seed, see `wam_cast.robot.noise`: the same seed gives the same cast.
+
+    Attributes
+    ----------
+    distance, speed, wait
+        Standard deviations of the executed from the commanded cast [m], [m/s], [s]. A distance or a speed falls at the lowest
+        to a tenth of its command, a wait to zero.
+    torque
+        Standard deviation of each joint's torque as a fraction of its motor's limit, anew in each control period. The sum stays
+        within what the motors give.
+    encoder_counts
+        Of each motor in a revolution; 0 measures exactly. The controller sees joint angles in whole counts, and speeds in whole
+        counts a control period.
+    swing
+        Standard deviation of the hanging string's angle in the casting plane and across it at the start [rad]. It swings
+        with rates to match, so that its phase is random.
+    """
+
+    distance: NonNegative = 0.0
+    speed: NonNegative = 0.0
+    wait: NonNegative = 0.0
+    torque: NonNegative = 0.0
+    encoder_counts: Annotated[int, Field(ge=0)] = 0
+    swing: NonNegative = 0.0
+
+    @property
+    def is_on(self) -> bool:
+        """Whether any noise acts."""
+        return any(value > 0 for _, value in self)
+
+    @classmethod
+    def typical(cls) -> Self:
+        """Return noise of about the size that is to be expected of a real arm."""
+        return cls(distance=0.003, speed=0.015, wait=0.004, torque=0.005, encoder_counts=4096, swing=0.005)
+
+
+class Simulation(Part):
+    """Numerical settings.
+
+    Attributes
+    ----------
+    max_step
+        Longest integration step in the contact-free phase [s]; the solver takes shorter ones where damping asks for it.
+    contact_accuracy
+        Relative error that the integrator allows itself in a step of the contact phase, in which the ball can touch the cup or the
+        floor.
+    """
+
+    max_step: Positive = 0.002
+    contact_accuracy: Annotated[float, Field(gt=0, le=0.5)] = 0.1
+
+
+class Bounds(Part):
+    """Lower and upper bound of each parameter of a cast: distance [m], mean speed [m/s], wait [s]."""
+
+    distance: tuple[Positive, Positive] = (0.05, 0.40)
+    speed: tuple[Positive, Positive] = (0.21, 0.85)
+    wait: tuple[NonNegative, NonNegative] = (0.0, 0.5)
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        for name, (lower, upper) in self:
+            if not lower < upper:
+                raise ValueError(
+                    f"bounds.{name} = [{lower:g}, {upper:g}] is empty: the first number must be below the second"
+                )
+        return self

@@ -7,7 +7,7 @@ import pytest
 from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 from pydrake.systems.framework import LeafSystem
 
-from wam_cast.arm_model import arm_coulomb_friction, models_directory
+from wam_cast.arm_model import arm_model, models_directory
 from wam_cast.cast import Cast
 from wam_cast.errors import InputError
 from wam_cast.motion.stages import CastMotion
@@ -276,7 +276,7 @@ def test_friction_opposes_each_joint_with_its_own_torque(share, relative_speed):
     torque = M @ (with_friction - without)
     with (models_directory() / "wam7_parameters.csv").open(encoding="utf-8", newline="") as file:
         sheet = np.array([float(row["coulomb"]) for row in csv.DictReader(file) if row["joint_type"] == "revolute"])
-    np.testing.assert_array_equal(arm_coulomb_friction(), sheet)
+    np.testing.assert_array_equal(arm_model(Scenario().arm).coulomb_friction, sheet)
     expected = -share * sheet * np.clip(v_arm / FRICTION_SPEED, -1, 1)
     np.testing.assert_allclose(torque[:7], expected, atol=1e-9)
     np.testing.assert_allclose(torque[7:], 0, atol=1e-9)

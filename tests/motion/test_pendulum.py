@@ -33,7 +33,9 @@ def test_frequency_is_that_of_the_linearised_plant(n_links, ball):
         columns.append(plant.CalcGravityGeneralizedForces(context) / h)
     plant.SetPositions(context, np.zeros(n))
     squares = -np.linalg.eigvals(np.linalg.solve(plant.CalcMassMatrix(context), np.array(columns).T)).real
-    assert swing_frequency(Scenario(string=string, ball=ball, cup=Cup(inner_radius=0.06))) == pytest.approx(np.sqrt(squares.min()), rel=1e-6)
+    assert swing_frequency(Scenario(string=string, ball=ball, cup=Cup(inner_radius=0.06))) == pytest.approx(
+        np.sqrt(squares.min()), rel=1e-6
+    )
 
 
 def test_one_link_and_a_ball_are_a_double_pendulum():

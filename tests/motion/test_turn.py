@@ -13,7 +13,7 @@ from wam_cast.motion.turn import Turn
 from wam_cast.scenario import Arm, Scenario
 
 SCENARIO = Scenario()
-OMEGA = swing_frequency(SCENARIO.string, SCENARIO.ball)
+OMEGA = swing_frequency(SCENARIO)
 TYPICAL = Cast(0.3, 0.6, 0.1)
 ANGLES = [1e-4, 0.05, -0.4, 1.0, -1.9, *(0.999 * limit for limit in arm_model(Arm()).bearing_limits)]
 

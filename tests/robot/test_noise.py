@@ -65,7 +65,7 @@ def test_without_noise_the_seed_is_of_no_consequence(simulator, seed):
 
 def test_without_noise_the_diagram_is_what_it_was(simulator):
     names = {system.get_name() for system in CastStation(Scenario()).diagram.GetSystems()}
-    assert names == {"plant", "scene_graph", "controller", "hold", "ball_tracker", "state_log", "torque_log"}
+    assert names == {"plant", "scene_graph", "controller", "motors", "hold", "ball_tracker", "state_log", "torque_log"}
 
 
 @pytest.mark.parametrize("seed", [0, 7, BIG_SEED])

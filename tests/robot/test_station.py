@@ -11,7 +11,8 @@ from wam_cast.arm_model import arm_model, models_directory
 from wam_cast.cast import Cast
 from wam_cast.errors import InputError
 from wam_cast.motion.stages import CastMotion
-from wam_cast.robot.station import FRICTION_SPEED, CastStation
+from wam_cast.robot.forces import FRICTION_SPEED
+from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Scenario
 
 CAST = Cast(0.3, 0.6, 0.1, bearing=0.4)
@@ -260,11 +261,11 @@ def joint_acceleration(share, v_arm):
     station = CastStation(scenario, has_scene=False, controller=Stub(np.zeros(7)))
     simulator = started(station)
     plant_context = station.plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
-    v = np.zeros(27)
+    v = np.zeros(29)
     v[:7] = v_arm
     station.plant.SetVelocities(plant_context, v)
     derivatives = station.diagram.EvalTimeDerivatives(simulator.get_context()).CopyToVector()
-    return derivatives[27:], station.plant.CalcMassMatrix(plant_context)
+    return derivatives[29:], station.plant.CalcMassMatrix(plant_context)
 
 
 @pytest.mark.parametrize("share", [1.0, 0.5])

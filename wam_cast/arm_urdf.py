@@ -290,7 +290,7 @@ def _resolve_meshes(path: Path, root: Element) -> None:
                     f"{'is of no format that can be drawn' if found.is_file() else 'is not there'}; put a file "
                     f"({', '.join(MESH_FORMATS)}) at {found}, or remove the <visual>"
                 )
-            mesh.set("filename", str(found.resolve()))
+            mesh.set("filename", found.resolve().as_uri())  # a name alone is refused in a string
 
 
 def _rename(root: Element, arm: Arm, moving: list[Element]) -> None:

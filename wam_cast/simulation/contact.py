@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
+from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import LeafSystem
 
 from wam_cast.motion.stages import Stage
@@ -19,6 +19,7 @@ from wam_cast.robot.station_state import StationState
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.ball_and_cup import REST_RISE, is_inside, possible_rise
 from wam_cast.simulation.contact_free import ContactFree
+from wam_cast.simulation.integration import Integration, begin_integration
 from wam_cast.simulation.polling import CONTACT_POLL_PERIODS, DivergedError, advance, bounded_part, poll_ball
 
 LYING_HEIGHT = 1.1
@@ -51,8 +52,8 @@ class Contact:
 class ContactPhase:
     """Simulates the contact phase of any number of casts under `controller`, each where its contact-free phase handed over."""
 
-    def __init__(self, scenario: Scenario, controller: LeafSystem) -> None:
-        self._scenario = scenario
+    def __init__(self, scenario: Scenario, controller: LeafSystem, integration: Integration) -> None:
+        self._scenario, self._integration = scenario, integration
         self._station = CastStation(scenario, has_scene=True, controller=controller)
         self._simulator = Simulator(self._station.diagram)
 
@@ -100,9 +101,8 @@ class ContactPhase:
         self._station.begin(context, free.motion, free.cup, noise_seed=free.noise_seed)
         context.SetTime(free.hand_over.time)
         self._station.set_state(context, free.hand_over)
-        # A new integrator each time: it keeps the length of its last step, and outcomes must not depend on it.
-        ResetIntegratorFromFlags(self._simulator, "runge_kutta3", self._scenario.simulation.max_step)
-        self._simulator.get_mutable_integrator().set_target_accuracy(self._scenario.simulation.contact_accuracy)
+        method, accuracy = self._integration.contact_method, self._scenario.simulation.contact_accuracy
+        begin_integration(self._simulator, method, self._integration.max_step, accuracy)
         self._simulator.Initialize()
 
     def _touches_cup(self) -> bool:

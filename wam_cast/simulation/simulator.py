@@ -20,6 +20,7 @@ from wam_cast.robot.controller import CastController
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.contact import Contact, ContactPhase
 from wam_cast.simulation.contact_free import ContactFree, ContactFreePhase, Start
+from wam_cast.simulation.integration import Integration
 from wam_cast.simulation.judge import Judge, log_of
 from wam_cast.simulation.kinematics import Kinematics
 from wam_cast.simulation.outcome import Outcome, Status
@@ -55,12 +56,12 @@ class CastSimulator:
 
     @cached_property
     def _contact(self) -> ContactPhase:
-        return ContactPhase(self.scenario, self._make_controller(self.scenario))
+        return ContactPhase(self.scenario, self._make_controller(self.scenario), self.integration)
 
     @property
-    def step(self) -> float:
-        """Of the integrator in the contact-free phase [s]."""
-        return self._contact_free.step
+    def integration(self) -> Integration:
+        """How the contact-free phase is integrated, in which steps, and what a cast is expected to cost."""
+        return self._contact_free.integration
 
     def simulate(self, cast: Cast, cup: Position | None = None, *, noise_seed: int = 0) -> Outcome:
         """Simulate `cast`: with a cup at world (x, y) [m] until the ball rests or has missed, else to the landing.

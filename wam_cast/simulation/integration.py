@@ -56,7 +56,6 @@ class Integration:
     expected_seconds: float
 
 
-
 def begin_integration(simulator: Simulator, method: str, max_step: float, accuracy: float) -> None:
     """Give `simulator` a new integrator: it keeps the length of its last step, and outcomes must not depend on it."""
     ResetIntegratorFromFlags(simulator, method, max_step)

@@ -13,7 +13,10 @@ from wam_cast.simulation.simulator import CastSimulator
 CAST = Cast(0.3, 0.6, 0.1)
 
 FLOOR = {"arm": {"mount": "floor", "mount_height": 0.0}, "motion": {"start_radius": 0.35, "start_height": 0.80}}
-WALL = {"arm": {"mount": "wall", "mount_height": 1.0, "wrist_pitch": 0.6}, "motion": {"start_radius": 0.54, "start_height": 0.80}}
+WALL = {
+    "arm": {"mount": "wall", "mount_height": 1.0, "wrist_pitch": 0.6},
+    "motion": {"start_radius": 0.54, "start_height": 0.80},
+}
 
 
 def landing(changes, cast=CAST, **options):

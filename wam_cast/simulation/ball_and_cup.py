@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from wam_cast.constants import GRAVITY
 from wam_cast.scenario import Cup, Scenario
+from wam_cast.tether import lifting_share
 from wam_cast.types import Array, Position
 
 REST_RISE = 0.005
@@ -25,6 +26,12 @@ def gap_to_contact(p_WL: Array, cup: Position, scenario: Scenario) -> float:
     above = p_WL[2] - shape.rim_height
     to_cup = math.hypot(max(outside, 0.0), max(above, 0.0))
     return float(min(to_cup, p_WL[2]) - radius)
+
+
+def taut_distance(scenario: Scenario) -> float:
+    """Return from which distance between hand and ball [m] on the string can hold the ball."""
+    string = scenario.string
+    return (1 - SLACK_MARGIN - lifting_share(string.mass, scenario.ball.mass)) * string.length
 
 
 def is_inside(p_CL: Array, cup: Cup) -> NDArray[np.bool_]:

@@ -14,11 +14,12 @@ N_NEAREST = 10
 def free_distances(scenario: Scenario, radius: float) -> tuple[float, float]:
     """Return the least and the greatest distance [m] of the casts that leave the ball free in a cup at `radius` [m].
 
-    Where the scenario's bounds have none it is the one bound that comes nearest, twice.
+    Where the scenario's bounds hold none they are the bounds: there is a cast that lands, if none that lets the ball rest.
     """
-    lower, upper = scenario.bounds.distance
-    least, greatest = (min(max(distance, lower), upper) for distance in scenario.tether.distances(radius))
-    return least, max(least, greatest)
+    bounds = scenario.bounds.distance
+    least, greatest = scenario.tether.distances(radius)
+    least, greatest = max(least, bounds[0]), min(greatest, bounds[1])
+    return (least, greatest) if least <= greatest else bounds
 
 
 def describe_hanging(scenario: Scenario, distance: float, radius: float) -> str:

@@ -304,9 +304,10 @@ def _starts(model: Predictor, evaluator: Evaluator, radius: float) -> list[Array
 
     Casts that leave the ball hanging in a cup there are taken where there are no others.
     """
-    hangs = ~model.scenario.tether.leaves_free(model.training_casts[:, 0], radius)
-    nearby = np.lexsort([np.abs(model.training_outputs[:, ALONG] - radius), hangs])[:N_NEARBY]
-    scaled = (model.training_casts[nearby] - evaluator.lower) / evaluator.span
+    is_free = model.scenario.tether.leaves_free(model.training_casts[:, 0], radius)
+    known = is_free if np.any(is_free) else ~is_free
+    nearby = np.argsort(np.abs(model.training_outputs[known, ALONG] - radius), kind="stable")[:N_NEARBY]
+    scaled = (model.training_casts[known][nearby] - evaluator.lower) / evaluator.span
     order = np.argsort([evaluator.cost(one)[0][0] for one in scaled], kind="stable")
     return _distinct(scaled[order], MIN_START_DISTANCE)[:N_STARTS]
 

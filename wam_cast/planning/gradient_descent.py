@@ -24,8 +24,8 @@ def plan_by_gradient_descent(
     """Return parameters whose predicted landing is within `tolerance` [m] of `radius` [m], or the last ones tried.
 
     ``x_{i+1} = x_i - alpha grad |m(x_i) - y_cup|``, with alpha in proportion to ``|m(x_i) - y_cup|`` and the gradient by finite
-    differences. It starts in the middle of the bounds and stays within them, where the string lets the ball rest in the cup. It terminates where the paper's does, so that it
-    hits the cup's middle no better than it must, and a local minimum holds it.
+    differences. It starts in the middle of the bounds and stays within them, where the string lets the ball rest in the cup. It
+    terminates where the paper's does, so that it hits the cup's middle no better than it must, and a local minimum holds it.
     """
     scenario = model.scenario
     lower, upper = cast_bounds(scenario)

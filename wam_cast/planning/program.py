@@ -138,10 +138,10 @@ class Evaluator:
     def free_distances(self, radius: float) -> tuple[float, float]:
         """Return between which scaled distances the ball is free in a cup at `radius` [m]; they keep the margin, as bounds do."""
         margin = float(self.margin[0])
-        ends = (np.array(free_distances(self._scenario, radius)) - self.lower[0]) / self.span[0]
-        inward = min(margin, (ends[1] - ends[0]) / 2)
-        least, greatest = np.clip(ends + [inward, -inward], margin, 1.0 - margin).tolist()
-        return least, greatest
+        least, greatest = (np.array(free_distances(self._scenario, radius)) - self.lower[0]) / self.span[0]
+        inward = min(margin, (greatest - least) / 2)
+        least, greatest = np.clip([least + inward, greatest - inward], margin, 1.0 - margin)
+        return float(least), float(greatest)
 
     def outputs(self, scaled: Array) -> tuple[Array, Array]:
         """Return the prediction, shape (7,), and its derivative by `scaled`, shape (7, 3)."""

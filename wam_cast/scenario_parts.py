@@ -196,7 +196,7 @@ class Cup(Part):
         return self.rim_height - self.base_height
 
     @property
-    def floor_height(self) -> float:
+    def bottom_height(self) -> float:
         """Height of the cup's bottom, on which a ball rests, above the floor [m]."""
         return self.base_height + self.bottom_thickness
 

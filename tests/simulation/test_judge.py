@@ -110,13 +110,26 @@ def test_miss_is_named_after_its_side(x, y, expected):
     ("is_at_rest", "is_carried", "expected"),
     [
         (True, True, Status.CAUGHT),
-        (True, False, Status.NOT_SETTLED),  # it hangs in the cup on its string
+        (True, False, Status.NOT_SETTLED),
         (False, True, Status.NOT_SETTLED),
         (False, False, Status.NOT_SETTLED),
     ],
 )
 def test_ball_is_caught_only_at_rest_and_carried(is_at_rest, is_carried, expected):
     assert verdict(fall(0.005, -0.003, to=-0.094), is_at_rest, is_carried, CUP, R) is expected
+
+
+@pytest.mark.parametrize("is_at_rest", [True, False])
+@pytest.mark.parametrize("is_carried", [True, False])
+def test_ball_inside_in_a_taut_string_hangs_unless_the_cup_carries_it(is_at_rest, is_carried):
+    path = fall(0.005, -0.003, to=-0.05)
+    expected = Status.CAUGHT if is_at_rest and is_carried else Status.HANGING
+    assert verdict(path, is_at_rest, is_carried, CUP, R, is_taut=True) is expected
+
+
+def test_ball_outside_in_a_taut_string_does_not_hang():
+    assert verdict(fall(0.0, 0.0, to=0.015), True, False, CUP, R, is_taut=True) is Status.NOT_SETTLED
+    assert verdict(fall(0.07, 0.0), True, False, CUP, R, is_taut=True) is Status.LONG
 
 
 def test_ball_that_leaves_the_cup_came_out():

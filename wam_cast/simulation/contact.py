@@ -48,7 +48,7 @@ class Contact:
 
 
 class ContactPhase:
-    """Simulates the contact phase of any number of casts in a `station` with geometry, each where its contact-free phase handed over."""
+    """Simulates the contact phase of casts in a `station` with geometry, each where its contact-free phase handed over."""
 
     def __init__(self, station: CastStation, integration: Integration) -> None:
         self._station, self._scenario, self._integration = station, station.scenario, integration

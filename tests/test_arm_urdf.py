@@ -204,6 +204,25 @@ def test_a_mesh_is_found_beside_the_file_and_in_its_package(tmp_path, bare):
         assert str(mesh.resolve()) in arm_model(Arm(urdf=str(path))).urdf
     path = write(tmp_path, edited(bare, draw(names[2])))
     assert str(mesh.resolve()) in arm_model(Arm(urdf=str(path))).urdf
+    assert drawn_shapes(Arm(urdf=str(path)))["link4"] == 1
+
+
+def drawn_shapes(arm):
+    """Return how many shapes each link of the arm is drawn with."""
+    from pydrake.geometry import SceneGraph
+    from pydrake.multibody.plant import MultibodyPlant
+
+    from wam_cast.robot.plant import add_arm
+
+    plant, graph = MultibodyPlant(0.0), SceneGraph()
+    plant.RegisterAsSourceForSceneGraph(graph)
+    add_arm(plant, Scenario(arm=arm))
+    names = [f"link{i}" for i in range(1, 8)]
+    return {name: len(plant.GetVisualGeometriesForBody(plant.GetBodyByName(name))) for name in names}
+
+
+def test_the_shipped_arm_is_drawn():
+    assert min(drawn_shapes(Arm()).values()) >= 1
 
 
 def dh_framed(root):

@@ -169,7 +169,7 @@ def rpy_of(R: Array) -> Array:
 
 
 def resolve_meshes(path: Path, root: Element) -> None:
-    """Make the meshes' names absolute."""
+    """Give the meshes their absolute place."""
     for link in root.findall("link"):
         for mesh in link.iterfind("visual/geometry/mesh"):
             name = mesh.get("filename", "")
@@ -180,7 +180,7 @@ def resolve_meshes(path: Path, root: Element) -> None:
                     f"{'is of no format that can be drawn' if found.is_file() else 'is not there'}; put a file "
                     f"({', '.join(MESH_FORMATS)}) at {found}, or remove the <visual>"
                 )
-            mesh.set("filename", str(found.resolve()))
+            mesh.set("filename", f"file://{found.resolve()}")
 
 
 def _mesh_file(path: Path, name: str) -> Path:

@@ -3,9 +3,9 @@
     python benchmarks/laboratories.py [--only NAME] [--casts 250] [--cups 20] [--seed 0] [--workers N] [--out FILE.jsonl]
 
 Each scenario of `laboratory_scenarios.py` is tried as a new user would: what can be seen of it beforehand, random casts, a model,
-random cups over the model's reach on the line y = 0, a plan for each, and each plan executed once. The table is Markdown, on standard
-output; progress goes to standard error. `--out` keeps a line of JSON for each scenario, so that a run that was interrupted goes on.
-The exit code is 1 if any scenario was neither refused beforehand nor had all its cups hit.
+random cups over the model's reach on the line y = 0, a plan for each, and each plan executed once. The table is Markdown, on
+standard output; progress goes to standard error. `--out` keeps a line of JSON for each scenario, so that a run that was interrupted
+goes on. The exit code is 1 if any scenario was neither refused beforehand nor had all its cups hit.
 """
 
 from __future__ import annotations

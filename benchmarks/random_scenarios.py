@@ -143,14 +143,10 @@ def draw(seed: int) -> Values:
         "bounds.wait": interval(0, 1),
     }
     together = (
-        "string.length",
-        "ball.radius",
-        "cup.rim_height",
-        "cup.base_height",
-        "motion.start_height",
-        "arm.mount_height",
+        *("string.length", "ball.radius", "cup.rim_height", "cup.base_height", "cup.inner_radius"),
+        *("motion.start_height", "motion.start_radius", "motion.drop_distance", "arm.mount", "arm.mount_height"),
     )
-    has_own_string = rng.random() < 0.7
+    has_own_place = rng.random() < 0.7
     values: Values = {}
     for name, value in fields.items():
         is_set = has_own_place if name in together else rng.random() < SHARE_SET

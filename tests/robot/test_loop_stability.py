@@ -7,7 +7,7 @@ import pytest
 
 from wam_cast.cast import Cast
 from wam_cast.errors import InputError
-from wam_cast.robot.controller import MeasuredArm
+from wam_cast.robot.controller import CastController, MeasuredArm
 from wam_cast.robot.loop_stability import (
     MAX_GROWTH,
     _arm_dynamics,
@@ -88,7 +88,7 @@ def test_postures_put_the_hand_where_casts_take_it():
 
 def test_feedback_is_the_derivative_of_the_law():
     from wam_cast.motion.stages import CastMotion
-    from wam_cast.robot.controller import CastController, Desired
+    from wam_cast.robot.controller import Desired
 
     one = Scenario()
     controller = CastController(one)
@@ -127,7 +127,16 @@ def test_random_loops_are_unstable_where_casts_fail():
         rate = loop_growth(one, one)
         if 0 < rate < 25:  # too slow to be told from a single cast
             continue
-        fails = CastSimulator(one).simulate(longest).status in (Status.DIVERGED, Status.LIMIT_HIT)
+        simulator = CastSimulator(one, make_controller=lambda belief: CastController(belief))  # which nothing refuses
+        fails = simulator.simulate(longest).status in (Status.DIVERGED, Status.LIMIT_HIT)
         assert fails == (rate > MAX_GROWTH), f"{one.controller}: {rate:.3g} 1/s"
         n_unstable += fails
     assert 5 < n_unstable < 24
+
+
+def test_a_simulator_refuses_an_unstable_loop_but_not_a_controller_of_ones_own():
+
+    unstable = scenario(delay=2)
+    with pytest.raises(InputError, match="unstable"):
+        CastSimulator(unstable)
+    assert CastSimulator(unstable, make_controller=lambda one: CastController(one)).step > 0

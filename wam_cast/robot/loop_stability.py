@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
@@ -23,6 +24,10 @@ GAIN_MARGIN = 0.8
 N_WAYPOINTS, N_NEWTON_STEPS = 8, 4
 """On the way to a posture."""
 
+CORNER_TOLERANCE = 0.01
+"""Of the hand's place in a posture [m]."""
+
+
 TORQUE_STEP = 1e-6
 """Of the joints [rad] to find how gravity's torque changes."""
 
@@ -42,6 +47,7 @@ def check_loop(robot: Scenario, belief: Scenario) -> None:
     )
 
 
+@lru_cache(maxsize=32)
 def loop_growth(robot: Scenario, belief: Scenario) -> float:
     """Return the largest rate of growth [1/s] of small errors, over the corners of the region where a cast takes the hand.
 
@@ -128,8 +134,10 @@ def _corner_postures(belief: Scenario, believed: MeasuredArm) -> list[Array]:
             believed.measure(np.concatenate([q, np.zeros(N_ARM)]))
             J = believed.Jv_WE
             J_weighted = J / weight  # J W^-1
-            q = q + J_weighted.T @ np.linalg.lstsq(J_weighted @ J.T, target - believed.p_WE)[0]
-        postures.append(q)
+            error = target - believed.p_WE
+            q = q + J_weighted.T @ np.linalg.lstsq(J_weighted @ J.T, error)[0]
+        if np.linalg.norm(error) < CORNER_TOLERANCE:  # else the arm does not get there
+            postures.append(q)
     return postures
 
 

@@ -201,18 +201,19 @@ def test_each_joint_has_a_stop_at_either_end_of_its_range(plant, scenario, hangi
 def unfolding(plant, scenario, hanging, fold, fold_rate):
     """Return a log of a string bent in its middle, by angles shape (n,), below a hand at rest: the ball stays right below it.
 
-    Hand and ball are then the string's length times the angle's cosine apart.
+    Its links then reach down by their length times the angle's cosine, and the ball hangs straight below them.
     """
-    middle = N_ARM + 2 * (scenario.string.n_links // 2)
+    middle, knot = N_ARM + 2 * (scenario.string.n_links // 2), N_ARM + 2 * scenario.string.n_links
     positions, velocities = np.tile(hanging, (len(fold), 1)), np.zeros((len(fold), plant.num_velocities()))
     for values, angle in ((positions, fold), (velocities, fold_rate)):
         values[:, N_ARM] += angle
         values[:, middle] -= 2 * angle
+        values[:, knot] += angle
     return log_of(plant, positions, velocities)
 
 
 def test_string_is_slack_by_its_state_at_the_landing_whatever_it_is_afterwards(plant, scenario, hanging):
-    cast, length = Cast(0.3, 0.6, 0.1), scenario.string.length
+    cast, length = Cast(0.3, 0.6, 0.1), scenario.string.length - scenario.ball.radius
     time = 0.01 * np.arange(41)
     # It unfolds as the ball comes down: shorter by ABOVE at the rim plane, taut before the ball is all below it.
     log = unfolding(plant, scenario, hanging, 1.25 * (0.4 - time), np.full(41, -1.25))

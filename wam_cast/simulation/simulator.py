@@ -17,6 +17,7 @@ from pydrake.systems.framework import LeafSystem
 from wam_cast.cast import Cast, checked_cup
 from wam_cast.errors import InputError, checked_integer
 from wam_cast.robot.controller import CastController
+from wam_cast.robot.loop_stability import check_loop
 from wam_cast.robot.station import CastStation, believed
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.contact import Contact, ContactPhase
@@ -44,6 +45,12 @@ class CastSimulator:
 
     Outcomes do not depend on what was simulated before. `belief` is the robot as the controller knows it, by default the same;
     `make_controller` makes a controller of your own from what is believed: see `.CastStation`.
+
+    Raises
+    ------
+    InputError
+        If the scenario cannot be simulated: the arm does not reach where it is to, the string needs too short steps, or the gains
+        of `.CastController` are unstable at its period and delay.
     """
 
     def __init__(
@@ -55,6 +62,8 @@ class CastSimulator:
     ) -> None:
         self.scenario, self._belief = scenario, belief
         self._make_controller = make_controller
+        if make_controller is CastController:
+            check_loop(scenario, believed(scenario, belief))
         self._contact_free = ContactFreePhase(self._station(has_scene=False))
         self._kinematics = Kinematics(self._contact_free.station.plant)
         self._judge = Judge(self._contact_free.station)

@@ -1,0 +1,142 @@
+"""The closed loop's stability: against closed forms, and against what simulated casts do."""
+
+import math
+
+import numpy as np
+import pytest
+
+from wam_cast.cast import Cast
+from wam_cast.errors import InputError
+from wam_cast.robot.controller import CastController, MeasuredArm
+from wam_cast.robot.loop_stability import (
+    MAX_GROWTH,
+    _arm_dynamics,
+    _corner_postures,
+    _feedback,
+    check_loop,
+    loop_growth,
+)
+from wam_cast.robot.plant import N_ARM, make_arm_plant
+from wam_cast.scenario import Scenario
+from wam_cast.simulation.outcome import Status
+from wam_cast.simulation.simulator import CastSimulator
+
+
+def scenario(**controller):
+    return Scenario.from_dict({"controller": controller})
+
+
+def growth(**controller):
+    return loop_growth(scenario(**controller), scenario(**controller))
+
+
+def test_a_long_delay_turns_a_stable_loop_unstable_and_the_line_says_what_helps():
+    check_loop(Scenario(), Scenario())
+    unstable = scenario(delay=2)
+    with pytest.raises(InputError, match=r"kp = 6000, kd = 250.*unstable.*delay = 2: errors double") as caught:
+        check_loop(unstable, unstable)
+    assert "\n" not in str(caught.value)
+    factor = float(str(caught.value).split("multiply all gains by ")[1].split()[0])
+    gains = Scenario().controller
+    check_loop(
+        *2
+        * [
+            scenario(
+                delay=2,
+                kp=factor * gains.kp,
+                kd=factor * gains.kd,
+                posture_stiffness=[factor * one for one in gains.posture_stiffness],
+                posture_damping=[factor * one for one in gains.posture_damping],
+            )
+        ]
+    )
+
+
+def test_more_delay_and_longer_periods_are_never_better():
+    by_delay = [growth(delay=delay) for delay in (1, 2, 3, 5)]
+    assert by_delay == sorted(by_delay)
+    by_period = [growth(period=period) for period in (0.004, 0.006, 0.008, 0.01)]
+    assert by_period == sorted(by_period)
+
+
+def test_without_gains_nothing_grows_or_dies_out():
+    # The controller carries the arm's weight, so that it stays where it is put.
+    zero = [0.0] * N_ARM
+    assert growth(kp=0, kd=0, posture_stiffness=zero, posture_damping=zero) == pytest.approx(0, abs=1e-3)
+
+
+def test_a_short_period_approaches_the_continuous_loop():
+    one = Scenario()
+    plant, believed = make_arm_plant(one), MeasuredArm(make_arm_plant(one))
+    rates = []
+    for q in _corner_postures(one, believed):
+        A, B = _arm_dynamics(plant, q)
+        rates.append(np.linalg.eigvals(A + B @ _feedback(one, believed, q)).real.max())
+    assert growth(period=1e-5) == pytest.approx(max(rates), rel=1e-2)
+
+
+def test_postures_put_the_hand_where_casts_take_it():
+    one = Scenario()
+    believed = MeasuredArm(make_arm_plant(one))
+    places = []
+    for q in _corner_postures(one, believed):
+        believed.measure(np.concatenate([q, np.zeros(N_ARM)]))
+        places.append(believed.p_WE)
+    expected = [(0.2, 0, 0.8), (0.2, 0, 0.35), (0.6, 0, 0.8), (0.6, 0, 0.35)]
+    np.testing.assert_allclose(places, expected, atol=1e-6)
+
+
+def test_feedback_is_the_derivative_of_the_law():
+    from wam_cast.motion.stages import CastMotion
+    from wam_cast.robot.controller import Desired
+
+    one = Scenario()
+    controller = CastController(one)
+    q = controller._rest_state[:N_ARM]
+    believed = MeasuredArm(make_arm_plant(one))
+    believed.measure(np.concatenate([q, np.zeros(N_ARM)]))
+    desired = Desired(believed.p_WE, np.zeros(3), 0.0, CastMotion(one, Cast(0.3, 0.6, 0.1)))
+
+    def torque(state):
+        believed.measure(state)
+        return controller.torque(believed, desired)
+
+    start, steps = np.concatenate([q, np.zeros(N_ARM)]), 1e-6 * np.eye(2 * N_ARM)
+    found = np.column_stack([(torque(start + step) - torque(start - step)) / 2e-6 for step in steps])
+    np.testing.assert_allclose(_feedback(one, believed, q), found, atol=1e-3 * np.abs(found).max())
+
+
+@pytest.mark.slow
+def test_random_loops_are_unstable_where_casts_fail():
+    rng, longest, reference = np.random.default_rng(0), Cast(0.4, 0.6, 0.1), Scenario().controller
+
+    def factor():
+        return float(np.exp(rng.uniform(-math.log(8), math.log(8))))
+
+    n_unstable = 0
+    for _ in range(25):
+        stiff, damped = factor(), factor()
+        one = scenario(
+            kp=reference.kp * factor(),
+            kd=reference.kd * factor(),
+            posture_stiffness=[stiff * value for value in reference.posture_stiffness],
+            posture_damping=[damped * value for value in reference.posture_damping],
+            period=float(rng.choice([0.001, 0.002, 0.004, 0.008])),
+            delay=int(rng.choice([0, 0, 1, 2, 3])),
+        )
+        rate = loop_growth(one, one)
+        if 0 < rate < 25:  # too slow to be told from a single cast
+            continue
+        simulator = CastSimulator(one, make_controller=lambda belief: CastController(belief))  # which nothing refuses
+        fails = simulator.simulate(longest).status in (Status.DIVERGED, Status.LIMIT_HIT)
+        assert fails == (rate > MAX_GROWTH), f"{one.controller}: {rate:.3g} 1/s"
+        n_unstable += fails
+    assert 5 < n_unstable < 24
+
+
+def test_a_simulator_refuses_an_unstable_loop_but_not_a_controller_of_ones_own():
+
+    unstable = scenario(delay=2)
+    with pytest.raises(InputError, match="unstable"):
+        CastSimulator(unstable)
+    assert CastSimulator(unstable, make_controller=lambda one: CastController(one)).step > 0

@@ -277,7 +277,10 @@ def _rotation(rpy: Array) -> Array:
 
 
 def _resolve_meshes(path: Path, root: Element) -> None:
-    """Make the meshes' names absolute; collision geometry goes, since the arm collides with nothing."""
+    """Make the meshes' names absolute addresses, which Drake 1.51 wants of a URDF that is no file.
+
+    Collision geometry goes, since the arm collides with nothing.
+    """
     for link in root.findall("link"):
         for collision in link.findall("collision"):
             link.remove(collision)
@@ -290,7 +293,7 @@ def _resolve_meshes(path: Path, root: Element) -> None:
                     f"{'is of no format that can be drawn' if found.is_file() else 'is not there'}; put a file "
                     f"({', '.join(MESH_FORMATS)}) at {found}, or remove the <visual>"
                 )
-            mesh.set("filename", str(found.resolve()))
+            mesh.set("filename", f"file://{found.resolve()}")
 
 
 def _rename(root: Element, arm: Arm, moving: list[Element]) -> None:

@@ -1,24 +1,19 @@
-"""CastScene: what a scenario looks like in one of its states, for whatever wants to draw it, and the light it is rendered in."""
+"""CastScene: what a scenario looks like in one of its states, for whatever wants to draw it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.geometry import (
     Cylinder,
-    LightParameter,
-    MakeRenderEngineVtk,
     Meshcat,
     MeshcatAnimation,
     MeshcatVisualizer,
     MeshcatVisualizerParams,
-    RenderEngine,
-    RenderEngineVtkParams,
 )
-from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.math import RigidTransform
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.multibody.tree import FixedOffsetFrame, Frame, SpatialInertia
 from pydrake.systems.framework import DiagramBuilder
@@ -29,7 +24,7 @@ from wam_cast.robot.plant import N_ARM, fill_plant, hanging_positions
 from wam_cast.scenario import Cup, Scenario
 from wam_cast.simulation.recording import CastRecording
 from wam_cast.types import Array, Position
-from wam_cast.visualization.camera import Camera
+from wam_cast.visualization.camera import RENDERER, Camera, make_renderer
 from wam_cast.visualization.recorded import CEILING_RADIUS, CEILING_THICKNESS, holds_ball
 from wam_cast.visualization.style import PAPER
 
@@ -40,31 +35,6 @@ LIT_CUP_COLOR = (1.0, 0.78, 0.10, 0.40)
 
 OUT_OF_SIGHT = (0.0, 0.0, -1.0)
 """Where a cup stands that is not to be seen: below the floor."""
-
-RENDERER = "vtk"
-"""Name of the off-screen render engine."""
-
-
-def _renderer(bearing: float) -> RenderEngine:
-    """Return an off-screen render engine: one light that casts shadows, three that soften them, all turned to `bearing` [rad].
-
-    The first stands so low that the shadow of the ceiling falls beyond the floor that is drawn, and the arm's beside the ball.
-    """
-    R_WPlane = RotationMatrix.MakeZRotation(bearing).matrix()
-    key = LightParameter(
-        type="spot",
-        frame="world",
-        position=R_WPlane @ [-0.6, -2.4, 2.9],
-        direction=R_WPlane @ [1.0, 2.4, -2.5],
-        cone_angle=40.0,
-        intensity=0.4,
-    )
-    fills = [
-        LightParameter(type="point", frame="world", position=R_WPlane @ p, intensity=intensity)
-        for p, intensity in (([-2.5, -3.0, 1.2], 0.45), ([2.0, -1.5, 2.6], 0.45), ([0.3, -0.5, 3.5], 0.3))
-    ]
-    shadows: Any = {"cast_shadows": True, "shadow_map_size": 2048}
-    return MakeRenderEngineVtk(RenderEngineVtkParams(default_clear_color=PAPER, lights=[key, *fills], **shadows))
 
 
 class CastScene:
@@ -94,7 +64,7 @@ class CastScene:
         builder = DiagramBuilder()
         self.plant, self._scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=0.0)
         if light_bearing is not None:
-            self._scene_graph.AddRenderer(RENDERER, _renderer(light_bearing))
+            self._scene_graph.AddRenderer(RENDERER, make_renderer(light_bearing))
         self._add_ceiling(scenario.arm.mount_height)
         self._add_lit_cup(scenario.cup)
         fill_plant(self.plant, scenario)
@@ -196,5 +166,5 @@ class CastScene:
         graph_context = self._scene_graph.GetMyContextFromRoot(self._context)
         query = self._scene_graph.get_query_output_port().Eval(graph_context)
         world = self._scene_graph.world_frame_id()
-        image = query.RenderColorImage(camera.to_drake(RENDERER), world, RigidTransform())
+        image = query.RenderColorImage(camera.to_drake(), world, camera.X_WV)
         return np.array(image.data[:, :, :3])

@@ -9,8 +9,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from wam_cast.arm_model import bearing_limits
+from wam_cast.arm_model import arm_model
 from wam_cast.cast import Cast
+from wam_cast.scenario import Arm
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
@@ -122,7 +123,7 @@ def floor_without_physics(monkeypatch):
         noise = 0.001 * np.random.default_rng(noise_seed).random() if scenario.noise.is_on else 0.0
         landing = cup + (0.003 + noise) * outward + 0.002 * np.array([-outward[1], outward[0]])
         status = Status.CAUGHT if radius < 0.9 else Status.LONG
-        if one.bearing < bearing_limits()[0] + 0.05:
+        if one.bearing < arm_model(Arm()).bearing_limits[0] + 0.05:
             landing, status = np.full(2, np.nan), Status.NEVER_CROSSED
         return SimpleNamespace(
             status=status,

@@ -148,8 +148,6 @@ class Scenario(Part):
         values["simulation"].pop("contact_accuracy")
         for name in (*BEFORE_THE_CAST, *AFTER_THE_LANDING):
             values["motion"].pop(name)
-        if not self.noise.is_on:
-            values.pop("noise")  # as if there were no such thing: casts made before there was stay valid
         for name in ("urdf", "base_frame", "hand_frame", "joints"):
             values["arm"].pop(name)
         values["arm_model"] = arm_model(self.arm).physical_urdf

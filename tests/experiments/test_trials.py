@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 import wam_cast as wc
-from wam_cast.arm_model import bearing_limits
+from wam_cast.arm_model import arm_model
 from wam_cast.cast import Cast
 from wam_cast.casting_plane import from_polar
 from wam_cast.experiments import trials as module
@@ -29,10 +29,10 @@ from wam_cast.parallel.seeds import Purpose, derived_seed
 from wam_cast.parallel.workers import Workers
 from wam_cast.planning.landing_distribution import clearance, clearance_across
 from wam_cast.planning.reach import Reach
-from wam_cast.scenario import Scenario
+from wam_cast.scenario import Arm, Scenario
 from wam_cast.simulation.outcome import Status
 
-REACH = Reach(0.4, 0.8, *bearing_limits())
+REACH = Reach(0.4, 0.8, *arm_model(Arm()).bearing_limits)
 
 
 def fake(landing, status=Status.CAUGHT, entry_angle=0.2):
@@ -75,7 +75,7 @@ def test_on_the_floor_they_are_at_all_bearings_and_as_far_away():
     assert all(bearing == 0 for _, bearing in line)
     assert [distance for distance, _ in floor] == [distance for distance, _ in line]
     bearings = [bearing for _, bearing in floor]
-    assert (min(bearings), max(bearings)) == pytest.approx(bearing_limits(), abs=0.1)
+    assert (min(bearings), max(bearings)) == pytest.approx(arm_model(Arm()).bearing_limits, abs=0.1)
     assert abs(np.mean(bearings)) < 0.3
 
 

@@ -5,17 +5,17 @@ import dataclasses
 import numpy as np
 import pytest
 
-from wam_cast.arm_model import bearing_limits
+from wam_cast.arm_model import arm_model
 from wam_cast.cast import Cast
 from wam_cast.motion.pendulum import swing_frequency
 from wam_cast.motion.stages import CastMotion, Stage
 from wam_cast.motion.turn import Turn
-from wam_cast.scenario import Scenario
+from wam_cast.scenario import Arm, Scenario
 
 SCENARIO = Scenario()
-OMEGA = swing_frequency(SCENARIO.string, SCENARIO.ball)
+OMEGA = swing_frequency(SCENARIO)
 TYPICAL = Cast(0.3, 0.6, 0.1)
-ANGLES = [1e-4, 0.05, -0.4, 1.0, -1.9, *(0.999 * limit for limit in bearing_limits())]
+ANGLES = [1e-4, 0.05, -0.4, 1.0, -1.9, *(0.999 * limit for limit in arm_model(Arm()).bearing_limits)]
 
 each_angle = pytest.mark.parametrize("angle", ANGLES)
 
@@ -104,7 +104,7 @@ def test_hand_is_above_a_ball_on_the_arc():
 
 def test_ball_hangs_at_rest_after_the_turn_and_the_cast_is_the_same(simulator):
     straight = simulator.simulate(TYPICAL)
-    for bearing in (0.3, -1.0, 0.999 * bearing_limits()[1]):
+    for bearing in (0.3, -1.0, 0.999 * arm_model(Arm()).bearing_limits[1]):
         cast = dataclasses.replace(TYPICAL, bearing=bearing)
         recording = simulator.record(cast)
         end = round(turn_end(cast) / 0.002)

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from wam_cast.arm_model import bearing_limits
+from wam_cast.arm_model import arm_model
 from wam_cast.cast import is_allowed
 from wam_cast.casting_plane import to_casting_plane
 from wam_cast.errors import InputError
@@ -17,7 +17,7 @@ from wam_cast.planning.plan import METHODS, plan_cast
 from wam_cast.planning.program import plan_by_program
 from wam_cast.planning.reach import BEARING_MARGIN
 from wam_cast.planning.solution import LONGEST_MISS
-from wam_cast.scenario import Scenario
+from wam_cast.scenario import Arm, Scenario
 from wam_cast.simulation.simulator import simulate_cast
 
 BOTH = pytest.mark.parametrize("method", METHODS)
@@ -63,10 +63,10 @@ def test_a_cup_behind_the_arm_is_refused_with_the_bearings_that_are_left(make_mo
     lowest, highest = (float(word) for word in line.split("one from ")[1].split(" degrees")[0].split(" to "))
     for degrees in (lowest, highest):
         bearing = math.radians(degrees)
-        assert bearing_limits()[0] <= bearing <= bearing_limits()[1]
+        assert arm_model(Arm()).bearing_limits[0] <= bearing <= arm_model(Arm()).bearing_limits[1]
         cup = (0.7 * math.cos(bearing), 0.7 * math.sin(bearing))
         assert plan_cast(make_model(), cup, "gradient").cast.bearing == pytest.approx(bearing)
-    assert highest == pytest.approx(math.degrees(bearing_limits()[1] - BEARING_MARGIN), abs=0.1)
+    assert highest == pytest.approx(math.degrees(arm_model(Arm()).bearing_limits[1] - BEARING_MARGIN), abs=0.1)
 
 
 @pytest.mark.parametrize("cup", [(math.nan, 0.5), (0.5, math.inf), (-math.inf, 0.0)])

@@ -5,10 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from wam_cast.arm_model import bearing_limits
+from wam_cast.arm_model import arm_model
 from wam_cast.casting_plane import from_polar, to_polar
 from wam_cast.errors import InputError
 from wam_cast.planning.reach import BEARING_MARGIN, Reach, checked_polar
+from wam_cast.scenario import Arm
 
 REACH = Reach(0.26311, 0.98584, math.radians(-148.4), math.radians(148.4))
 
@@ -44,7 +45,7 @@ def named_position(line):
 def test_the_region_lies_between_the_models_distances_and_joint_1s_stops(make_model):
     reach = Reach.of(make_model(reach=(0.3, 0.9)))
     assert (reach.nearest, reach.farthest) == (0.3, 0.9)
-    low, high = bearing_limits()
+    low, high = arm_model(Arm()).bearing_limits
     assert (reach.lowest, reach.highest) == (low + BEARING_MARGIN, high - BEARING_MARGIN)
 
 

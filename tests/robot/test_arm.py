@@ -16,7 +16,8 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import SpatialInertia
 
-from wam_cast.arm_model import shoulder_depth
+from wam_cast.arm_model import arm_model
+from wam_cast.scenario import Arm
 
 MODELS = Path(__file__).parents[2] / "models"
 URDF = MODELS / "wam7.urdf"
@@ -63,7 +64,9 @@ def arm():
 def test_axes_of_the_shoulder_meet_as_far_below_the_mounting_face_as_is_read_without_drake(arm):
     poses = poses_of(arm, random_positions(1)[0])
     for name in ("link1", "link2", "link3"):
-        np.testing.assert_array_equal(poses[name].translation(), [0, 0, shoulder_depth()])
+        np.testing.assert_allclose(
+            poses[name].translation(), [0, 0, 1.346 - arm_model(Arm()).shoulder_height], atol=1e-15
+        )
 
 
 @pytest.fixture(scope="module")

@@ -11,15 +11,14 @@ from pydrake.systems.analysis import Simulator
 from wam_cast.arm_model import models_directory
 from wam_cast.cast import Cast
 from wam_cast.motion.stages import CastMotion, Stage
-from wam_cast.robot.controller import DIFFERENTIALS, ArmController, CastController, saturate, torque_utilization
+from wam_cast.robot.controller import ArmController, CastController
 from wam_cast.robot.plant import starting_posture
 from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Scenario
 
 OUTPUTS = ("actuation", "hand", "hand_desired", "stage")
-LIMITS = np.array([10.0, 20.0, 40.0, 10.0, 5.0, 10.0, 2.0])
 
-# Gains low enough that no motor saturates away from the reference, and unequal, so that none passes for another.
+# Unequal gains, so that none passes for another.
 SOFT = Scenario.from_dict(
     {
         "controller": {
@@ -120,7 +119,6 @@ def test_torque_is_the_law_in_closed_form(controller, arm, state, time):
     pull += np.array([0.9, 0.8, 0.7, 0.6, 0.05, 0.04, 0.003]) * (v_posture - v)
     N = np.eye(7) - J.T @ np.linalg.inv(J @ J.T) @ J
     expected = J.T @ u_x + arm.holding_torque(q) + N @ pull
-    assert torque_utilization(expected, controller.torque_limits).max() < 1, "the test's state must not saturate"
     found = controller.GetOutputPort("actuation").Eval(context_of(controller, state, time))
     np.testing.assert_allclose(found, expected, atol=1e-10, rtol=0)
 
@@ -136,7 +134,7 @@ def test_straight_arm_gets_a_torque_of_ordinary_size(controller, arm):
     expected = J.T @ u_x + arm.holding_torque(q) + pull - J.T @ np.linalg.pinv(J.T) @ pull
     assert np.all(np.abs(expected) < 60)
     found = outputs(controller, context_of(controller, np.zeros(14), time=3.1))["actuation"]
-    np.testing.assert_allclose(found, saturate(expected, controller.torque_limits), atol=1e-6)
+    np.testing.assert_allclose(found, expected, atol=1e-6)
 
 
 def start_by_search(arm, scenario, bearing):
@@ -232,67 +230,9 @@ def test_controller_of_ones_own_is_asked_with_what_it_measures_and_what_is_desir
         np.testing.assert_array_equal(found[name], ours[name])
 
 
-def test_torque_of_ones_own_is_cut_off_at_what_the_motors_give(arm):
-    own = Pull(SOFT, 1e6)
-    load = torque_utilization(outputs(own, context_of(own))["actuation"], arm.plant.GetEffortUpperLimits())
-    assert load.max() == pytest.approx(1.0, abs=1e-12)
-
-
 def test_base_says_no_torque():
     with pytest.raises(NotImplementedError):
         outputs(bare := ArmController(SOFT), context_of(bare))
-
-
-# ---------------------------------------------------------------- saturation
-
-
-def test_torque_within_the_motors_is_left_alone():
-    torque = np.array([9.0, -9.0, 18.0, -9.9, 2.0, 5.0, 1.9])
-    np.testing.assert_array_equal(saturate(torque, LIMITS), torque)
-
-
-@pytest.mark.parametrize("joint", [0, 3, 6])
-@pytest.mark.parametrize("sign", [1, -1])
-def test_joint_of_its_own_is_clipped(joint, sign):
-    torque = np.full(7, 0.1)
-    torque[joint] = sign * 3 * LIMITS[joint]
-    expected = torque.copy()
-    expected[joint] = sign * LIMITS[joint]
-    np.testing.assert_allclose(saturate(torque, LIMITS), expected, rtol=1e-15)
-
-
-@pytest.mark.parametrize("pair", DIFFERENTIALS, ids=str)
-@pytest.mark.parametrize("signs", [(1, 1), (1, -1), (-1, 1)])
-def test_differential_pair_is_scaled_and_keeps_its_direction(pair, signs):
-    # Each joint alone would be within its limit; together they ask 1.6 times what their two motors give.
-    a, b = pair
-    torque = np.full(7, 0.1)
-    torque[a], torque[b] = 0.9 * signs[0] * LIMITS[a], 0.7 * signs[1] * LIMITS[b]
-    found = saturate(torque, LIMITS)
-    np.testing.assert_allclose(found[[a, b]], torque[[a, b]] / 1.6, rtol=1e-14)
-    others = np.setdiff1d(np.arange(7), pair)
-    np.testing.assert_array_equal(found[others], torque[others])
-    assert torque_utilization(found, LIMITS)[a] == pytest.approx(1.0, rel=1e-14)
-
-
-def test_saturation_leaves_its_argument_alone():
-    torque = 10 * LIMITS
-    saturate(torque, LIMITS)
-    np.testing.assert_array_equal(torque, 10 * LIMITS)
-
-
-def test_motor_load_is_the_utilization_of_each_joints_motors():
-    torque = np.array([[5.0, 10.0, 10.0, -10.0, 1.0, -3.0, 0.0], np.zeros(7)])
-    expected = [[0.5, 0.75, 0.75, 1.0, 0.5, 0.5, 0.0], np.zeros(7)]
-    np.testing.assert_allclose(torque_utilization(torque, LIMITS), expected, rtol=1e-15)
-
-
-def test_stiff_controller_far_from_its_reference_stays_within_the_motors(arm):
-    controller = CastController(Scenario.from_dict({"controller": {"kp": 1e6}}))
-    torque = outputs(controller, context_of(controller))["actuation"]
-    load = torque_utilization(torque, arm.plant.GetEffortUpperLimits())
-    assert load.max() == pytest.approx(1.0, abs=1e-12)
-    assert np.all(load < 1 + 1e-12)
 
 
 # ---------------------------------------------------------------- the context holds all state

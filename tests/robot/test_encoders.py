@@ -16,7 +16,7 @@ UNIT = np.concatenate([RESOLUTION, RESOLUTION / PERIOD])
 
 
 def measured(state):
-    encoders = Encoders(RESOLUTION, PERIOD)
+    encoders = Encoders(RESOLUTION, PERIOD, np.zeros(7))
     context = encoders.CreateDefaultContext()
     encoders.get_input_port().FixValue(context, state)
     return encoders.get_output_port().Eval(context)
@@ -44,3 +44,12 @@ def test_measured_state_is_at_most_half_a_count_off_and_as_often_too_large_as_to
     # Rounding errors are uniform: their mean is 0 and their standard deviation 1 / sqrt(12).
     assert np.abs(errors.mean(axis=0)).max() < 4 / np.sqrt(12 * len(states))
     np.testing.assert_allclose(errors.std(axis=0), 1 / np.sqrt(12), rtol=0.1)
+
+
+def test_without_counts_angles_are_off_by_the_offset_and_speeds_exact():
+    offset = 1e-3 * np.arange(1, 8)
+    encoders = Encoders(encoder_resolution(make_arm_plant(Scenario()), 0), PERIOD, offset)
+    context, state = encoders.CreateDefaultContext(), np.linspace(-1, 1, 14)
+    encoders.get_input_port().FixValue(context, state)
+    np.testing.assert_array_equal(encoders.get_output_port().Eval(context), state + np.r_[offset, np.zeros(7)])
+    np.testing.assert_array_equal(encoders.get_input_port().Eval(context), state)

@@ -7,11 +7,12 @@ import pytest
 from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 from pydrake.systems.framework import LeafSystem
 
-from wam_cast.arm_model import arm_coulomb_friction, models_directory
+from wam_cast.arm_model import arm_model, models_directory
 from wam_cast.cast import Cast
 from wam_cast.errors import InputError
 from wam_cast.motion.stages import CastMotion
-from wam_cast.robot.station import FRICTION_SPEED, CastStation
+from wam_cast.robot.forces import FRICTION_SPEED
+from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Scenario
 
 CAST = Cast(0.3, 0.6, 0.1, bearing=0.4)
@@ -260,11 +261,11 @@ def joint_acceleration(share, v_arm):
     station = CastStation(scenario, has_scene=False, controller=Stub(np.zeros(7)))
     simulator = started(station)
     plant_context = station.plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
-    v = np.zeros(27)
+    v = np.zeros(29)
     v[:7] = v_arm
     station.plant.SetVelocities(plant_context, v)
     derivatives = station.diagram.EvalTimeDerivatives(simulator.get_context()).CopyToVector()
-    return derivatives[27:], station.plant.CalcMassMatrix(plant_context)
+    return derivatives[29:], station.plant.CalcMassMatrix(plant_context)
 
 
 @pytest.mark.parametrize("share", [1.0, 0.5])
@@ -276,7 +277,7 @@ def test_friction_opposes_each_joint_with_its_own_torque(share, relative_speed):
     torque = M @ (with_friction - without)
     with (models_directory() / "wam7_parameters.csv").open(encoding="utf-8", newline="") as file:
         sheet = np.array([float(row["coulomb"]) for row in csv.DictReader(file) if row["joint_type"] == "revolute"])
-    np.testing.assert_array_equal(arm_coulomb_friction(), sheet)
+    np.testing.assert_array_equal(arm_model(Scenario().arm).coulomb_friction, sheet)
     expected = -share * sheet * np.clip(v_arm / FRICTION_SPEED, -1, 1)
     np.testing.assert_allclose(torque[:7], expected, atol=1e-9)
     np.testing.assert_allclose(torque[7:], 0, atol=1e-9)

@@ -9,11 +9,11 @@ import msgpack
 import numpy as np
 import pytest
 
-from wam_cast.arm_model import bearing_limits
+from wam_cast.arm_model import arm_model
 from wam_cast.cast import Cast, is_allowed
 from wam_cast.learning.reference import reference_model
 from wam_cast.planning.plan import plan_cast
-from wam_cast.scenario import Scenario
+from wam_cast.scenario import Arm, Scenario
 from wam_cast.simulation.outcome import Status
 from wam_cast.simulation.simulator import simulate_cast
 from wam_cast.visualization.interactive import explorer as explorer_module
@@ -125,7 +125,7 @@ def test_cup_moves_about_the_base_axis_and_the_cast_stays(page):
 
 
 def test_all_bearings_of_the_sliders_are_within_the_stops_and_reach_them(page):
-    for stop, far in zip(bearing_limits(), (-400.0, 400.0), strict=True):
+    for stop, far in zip(arm_model(Arm()).bearing_limits, (-400.0, 400.0), strict=True):
         page.move(bearing=far)
         assert abs(page.explorer.cast.bearing) <= abs(stop)
         assert page.explorer.cast.bearing == pytest.approx(stop, abs=0.002)

@@ -25,6 +25,7 @@ SHORTER = {"bounds": {"distance": [0.05, 0.2]}, "motion": {"start_radius": 0.25}
 FLOOR_MOUNTED = {
     "arm": {"mount": "floor", "mount_height": 0.0},
     "motion": {"start_radius": 0.40, "start_height": 0.85},
+    "bounds": {"distance": [0.05, 0.33]},
 }
 
 

@@ -58,7 +58,9 @@ def ball_of(station, context):
 # ---------------------------------------------------------------- the default context
 
 
-@pytest.mark.parametrize("changes", [{}, DELAYED, SHORTER, FLOOR_MOUNTED], ids=["reference", "delay", "bounds", "floor"])
+@pytest.mark.parametrize(
+    "changes", [{}, DELAYED, SHORTER, FLOOR_MOUNTED], ids=["reference", "delay", "bounds", "floor"]
+)
 @pytest.mark.parametrize("has_scene", [True, False])
 def test_default_context_is_a_cast_at_its_start(changes, has_scene):
     scenario = Scenario.from_dict(changes)
@@ -193,7 +195,9 @@ def test_camera_sees_a_floor_that_is_lit():
     builder.Connect(one.diagram.GetOutputPort("query_object"), sensor.query_object_input_port())
     diagram = builder.Build()
     own = sensor.GetMyContextFromRoot(diagram.CreateDefaultContext())
-    color, depth = (port.Eval(own).data for port in (sensor.color_image_output_port(), sensor.depth_image_32F_output_port()))
+    color, depth = (
+        port.Eval(own).data for port in (sensor.color_image_output_port(), sensor.depth_image_32F_output_port())
+    )
     p_WQ = np.array([[0.7, -0.2, 0.0]])  # on the floor, away from the cup
     column, row = np.rint(camera.project(p_WQ)[0]).astype(int)
     np.testing.assert_allclose(color[row, column, :3] / 255, FLOOR_COLOR[:3], atol=0.15)
@@ -226,7 +230,9 @@ def linearized(station):
     return A
 
 
-@pytest.mark.parametrize("changes", [{}, {"ball": {"mass": 0.045}, "string": {"length": 0.5}}], ids=["reference", "own"])
+@pytest.mark.parametrize(
+    "changes", [{}, {"ball": {"mass": 0.045}, "string": {"length": 0.5}}], ids=["reference", "own"]
+)
 def test_linearized_station_swings_at_the_pendulum_s_frequency(changes):
     scenario = Scenario.from_dict(changes)
     eigenvalues = np.linalg.eigvals(linearized(CastStation(scenario, has_scene=False)))

@@ -181,16 +181,25 @@ def add_cup(plant: MultibodyPlant, cup: Cup, position: Position = (0.0, 0.0)) ->
     plant.RegisterCollisionGeometry(body, X_CBottom, bottom, "cup_bottom", material)
     plant.RegisterVisualGeometry(body, RigidTransform(), cup_mesh(cup), "cup", np.array(CUP_COLOR))
     if cup.base_height > 0:
-        stand = Cylinder(cup.base_radius, cup.base_height)
-        X_CStand = translation([0, 0, cup.base_height / 2 - cup.rim_height])
-        plant.RegisterCollisionGeometry(body, X_CStand, stand, "stand", material)
-        plant.RegisterVisualGeometry(body, X_CStand, stand, "stand", np.array(STAND_COLOR))
+        plant.RegisterCollisionGeometry(body, *_stand(cup), "stand", material)
+        add_stand_visual(plant, body, cup)
     slab = Box(6, 6, 0.2)
     X_WSlab = translation([0, 0, -0.1])
     plant.RegisterCollisionGeometry(plant.world_body(), X_WSlab, slab, "floor", material)
     patch = Cylinder(FLOOR_RADIUS, 0.02)
     X_WPatch = translation([0, 0, -0.01])
     plant.RegisterVisualGeometry(plant.world_body(), X_WPatch, patch, "floor", np.array(FLOOR_COLOR))
+
+
+def _stand(cup: Cup) -> tuple[RigidTransform, Cylinder]:
+    """Return X_CStand and the shape of the cup's stand."""
+    return translation([0, 0, cup.base_height / 2 - cup.rim_height]), Cylinder(cup.base_radius, cup.base_height)
+
+
+def add_stand_visual(plant: MultibodyPlant, cup_body: RigidBody, cup: Cup) -> None:
+    """Show what the cup stands on, if it is not the floor."""
+    if cup.base_height > 0:
+        plant.RegisterVisualGeometry(cup_body, *_stand(cup), "stand", np.array(STAND_COLOR))
 
 
 def add_hook(plant: MultibodyPlant) -> Frame:

@@ -28,7 +28,7 @@ from wam_cast.robot.encoders import Encoders, encoder_resolution
 from wam_cast.robot.forces import connect_forces
 from wam_cast.robot.motors import Motors
 from wam_cast.robot.noise import TorqueNoise, executed_cast, swing_at_start
-from wam_cast.robot.plant import HOOK, N_ARM, fill_plant, hanging_positions, make_arm_plant, starting_posture
+from wam_cast.robot.plant import HOOK, fill_plant, hanging_positions, make_arm_plant, starting_posture
 from wam_cast.robot.station_state import StationState
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array, Position
@@ -72,12 +72,13 @@ class CastStation:
     """The arm, the string, the ball and the cup under a controller, as a Drake diagram.
 
     The diagram's default context is `.default_cast` at its start, without noise, and with a cup at `.default_cup`: run it in a
-    `Simulator`, alone or in a larger diagram, whose context the methods here take as well. Exported output ports: `state` (all positions and
-    velocities), `arm_state` (q and v of the arm, 14), `ball_position` and `ball_velocity` (p_WL, v_WL), `torque` (the motors', held
-    between samples, 7), of the controller's, if it has them, `hand` and `hand_desired` (p_WE and v_WE, 6; `hand` as the controller
-    measures it) and `stage` (1), and `query_object` of the scene, for cameras. Exported input port: `applied_spatial_force`, for
-    forces on any body; it may stay unconnected. Logs of `state` and `torque`, a sample per control period, are what outcomes are
-    made from.
+    `Simulator`, alone or in a larger diagram, whose context the methods here take as well.
+
+    Exported output ports: `state` (all positions and velocities), `arm_state` (q and v of the arm, 14), `ball_position` and
+    `ball_velocity` (p_WL, v_WL), `torque` (the motors', held between samples, 7), of the controller's, if it has them, `hand` and
+    `hand_desired` (p_WE and v_WE, 6; `hand` as the controller measures it) and `stage` (1), and `query_object` of the scene, for
+    cameras. Exported input port: `applied_spatial_force`, for forces on any body; it may stay unconnected. Logs of `state` and
+    `torque`, a sample per control period, are what outcomes are made from.
 
     Parameters
     ----------

@@ -181,7 +181,8 @@ class CastStation:
             commanded = noise.get_output_port()
         builder.Connect(measured, self.controller.GetInputPort("arm_state"))
         builder.Connect(commanded, self.motors.GetInputPort("commanded"))
-        builder.Connect(arm_state, self.motors.GetInputPort("arm_state"))
+        if robot.arm.knee_speed < 1:
+            builder.Connect(arm_state, self.motors.GetInputPort("arm_state"))
         builder.Connect(self.motors.get_output_port(), self.hold.get_input_port())
         builder.Connect(self.hold.get_output_port(), plant.get_actuation_input_port())
         connect_forces(builder, plant, robot)

@@ -85,7 +85,9 @@ def test_boxes_are_on_the_page_and_do_not_overlap_but_for_parts():
 # --- station
 
 NOISY = Scenario(
-    noise=Noise.typical(), arm={"coulomb_friction": 1.0, "knee_speed": 0.7}, controller={"delay": 1, "kp": 3000, "kd": 125}
+    noise=Noise.typical(),
+    arm={"coulomb_friction": 1.0, "knee_speed": 0.7},
+    controller={"delay": 1, "kp": 3000, "kd": 125},
 )
 
 

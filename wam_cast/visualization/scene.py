@@ -81,7 +81,7 @@ class CastScene:
             shape = Box(*size) if arm.mount == "wall" else Cylinder(size[0] / 2, size[2])
             X_WMount = translation((low + high) / 2)
             self.plant.RegisterVisualGeometry(
-                self.plant.world_body(), X_WMount, shape, arm.mount, MOUNT_COLORS[arm.mount]
+                self.plant.world_body(), X_WMount, shape, "mount", MOUNT_COLORS[arm.mount]
             )
 
     def _add_lit_cup(self, cup: Cup) -> None:

@@ -145,7 +145,7 @@ def test_film_strip_s_table_is_seen_where_it_stands(on_table):
     (frame,) = render_frames(on_table, [0], (240, 320))
     x, y = on_table.cup
     column, row = frame.camera.project(np.array([[x, y - 0.3, 0.2]]))[0].round().astype(int)  # of its side, in front
-    red, green, blue = frame.image[row, column].astype(float)
+    red, _, blue = frame.image[row, column].astype(float)
     assert red > 1.1 * blue  # brown, where the floor is grey
     low, high = points_to_show(on_table).min(axis=0), points_to_show(on_table).max(axis=0)
     assert high[0] == pytest.approx(x + 0.3)

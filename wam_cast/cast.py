@@ -10,10 +10,13 @@ from numpy.typing import NDArray
 
 from wam_cast.errors import InputError
 from wam_cast.scenario import Scenario
-from wam_cast.types import Array
+from wam_cast.types import Array, Position
 
 PARAMETERS = ("distance", "speed", "wait")
 """The parameters that the forward model learns, in the order of every array of casts."""
+
+LANDS_BEYOND = 0.18
+"""How far beyond the hand the ball of the default cast comes down, as a share of the string's length."""
 
 
 @dataclass(frozen=True)
@@ -95,6 +98,20 @@ def nearest_allowed(scenario: Scenario, parameters: Array) -> Array:
     speed = max(min(speed, distance / shortest), lower[1])
     # Rounding may take the product beyond the bound.
     return np.array([min(max(distance, speed * shortest), upper[0]), speed, wait])
+
+
+def default_cast(scenario: Scenario) -> Cast:
+    """Return the cast of those who ask for none: 0.3 m at 0.6 m/s and 0.1 s of wait, or the nearest that is allowed."""
+    return Cast.from_array(nearest_allowed(scenario, np.array([0.3, 0.6, 0.1])))
+
+
+def default_cup(scenario: Scenario) -> Position:
+    """Return world (x, y) [m] of a cup that nobody placed.
+
+    There the reference scenario's `default_cast` comes down, and another one's roughly: beyond the hand by a share of the string.
+    """
+    far = scenario.motion.start_radius + default_cast(scenario).distance
+    return far + LANDS_BEYOND * scenario.string.length, 0.0
 
 
 def checked_cup(cup: tuple[float, float]) -> tuple[float, float]:

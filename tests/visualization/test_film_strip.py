@@ -159,7 +159,8 @@ def test_string_below_the_floor_is_drawn_lying_on_it(caught):
     np.testing.assert_allclose(lying[below], frame.camera.project(on_floor[below]))
     aloft = ~(below | np.roll(below, 1) | np.roll(below, -1))
     assert np.all(np.isnan(lying[aloft]))
-    np.testing.assert_allclose(frame.string[-1], caught.p_WL[after], atol=1e-9)
+    from_ball = np.linalg.norm(frame.string[-1] - caught.p_WL[after])
+    assert from_ball == pytest.approx(caught.scenario.ball.radius, abs=1e-9)
 
 
 def test_cast_that_diverges_in_its_turn_has_a_start_and_an_end(caught):

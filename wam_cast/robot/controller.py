@@ -13,7 +13,7 @@ from pydrake.systems.framework import BasicVector, Context, LeafSystem, NumericP
 from scipy.linalg.lapack import dposv
 
 from wam_cast.arm_model import arm_model
-from wam_cast.cast import Cast
+from wam_cast.cast import Cast, default_cast
 from wam_cast.motion.stages import CastMotion
 from wam_cast.robot.drake_types import declare_cache_entry, evaluate
 from wam_cast.robot.plant import N_ARM, make_arm_plant, starting_posture
@@ -88,7 +88,8 @@ class Desired(NamedTuple):
 class ArmController(LeafSystem):
     """Base of a controller: a subclass says in `torque` what it wants of the motors.
 
-    It is a pure function of time, arm state and cast: the cast is a numeric parameter of the context, its motion a cache entry.
+    It is a pure function of time, arm state and cast: the cast is a numeric parameter of the context, by default `.default_cast`,
+    its motion a cache entry.
     What the motors cannot give the station's `.Motors` cut off.
 
     Ports: arm_state -> actuation [N m] (7), hand [m, m/s] (6), hand_desired [m, m/s] (6), stage (1);
@@ -110,7 +111,8 @@ class ArmController(LeafSystem):
         self.scenario = scenario
         self.plant = make_arm_plant(scenario)
         self._input = self.DeclareVectorInputPort("arm_state", 2 * N_ARM)
-        self._cast_index = self.DeclareNumericParameter(BasicVector(np.array([0.3, 0.6, 0.1, 0.0, 0.0, math.nan])))
+        by_default = BasicVector(np.array([*default_cast(scenario).to_array(), 0.0, 0.0, math.nan]))
+        self._cast_index = self.DeclareNumericParameter(by_default)
         time, arm_state = self.time_ticket(), self._input.ticket()
         cast = self.numeric_parameter_ticket(NumericParameterIndex(self._cast_index))
         self._motion = declare_cache_entry(self, "motion", object, self._calc_motion, {cast})  # 1.58 refuses None

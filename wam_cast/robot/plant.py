@@ -28,11 +28,12 @@ from pydrake.multibody.tree import (
 from scipy.optimize import brentq
 
 from wam_cast.arm_model import arm_model
+from wam_cast.cast import default_cup
 from wam_cast.errors import InputError
 from wam_cast.robot.cup_mesh import cup_mesh
 from wam_cast.robot.drake_types import translation
 from wam_cast.scenario import Arm, Ball, Cup, Scenario, String
-from wam_cast.types import Array
+from wam_cast.types import Array, Position
 
 N_ARM = 7
 """Joints of the arm: the first positions and velocities of every plant that is made here."""
@@ -155,18 +156,17 @@ def contact_material(cup: Cup) -> ProximityProperties:
     return properties
 
 
-def add_cup(plant: MultibodyPlant, cup: Cup) -> None:
+def add_cup(plant: MultibodyPlant, cup: Cup, position: Position = (0.0, 0.0)) -> None:
     """Add the cup, a hollow cylinder with an open top, its stand, and the floor; the cup's frame C is at the rim's centre.
 
     Its wall is a ring of boxes for contact, whose inner faces touch the inner radius. Where the cup stands is the pose of
-    the frame `cup_mount`, a parameter of the plant's context.
+    the frame `cup_mount`, a parameter of the plant's context, in which its axis is at world (x, y) `position` [m] by default.
     """
     model = plant.AddModelInstance("cup")
     # The cup stands still, so its inertia matters to nothing but the plant's checks.
     body = plant.AddRigidBody("cup", model, SpatialInertia.SolidSphereWithMass(0.1, cup.outer_radius))
-    mount = plant.AddFrame(
-        FixedOffsetFrame("cup_mount", plant.world_frame(), translation([0, 0, cup.rim_height]), model)
-    )
+    X_WC = translation([*position, cup.rim_height])
+    mount = plant.AddFrame(FixedOffsetFrame("cup_mount", plant.world_frame(), X_WC, model))
     plant.WeldFrames(mount, body.body_frame())
     material = contact_material(cup)
     width = 2 * cup.outer_radius * np.tan(np.pi / N_CUP_WALLS)
@@ -181,16 +181,25 @@ def add_cup(plant: MultibodyPlant, cup: Cup) -> None:
     plant.RegisterCollisionGeometry(body, X_CBottom, bottom, "cup_bottom", material)
     plant.RegisterVisualGeometry(body, RigidTransform(), cup_mesh(cup), "cup", np.array(CUP_COLOR))
     if cup.base_height > 0:
-        stand = Cylinder(cup.base_radius, cup.base_height)
-        X_CStand = translation([0, 0, cup.base_height / 2 - cup.rim_height])
-        plant.RegisterCollisionGeometry(body, X_CStand, stand, "stand", material)
-        plant.RegisterVisualGeometry(body, X_CStand, stand, "stand", np.array(STAND_COLOR))
+        plant.RegisterCollisionGeometry(body, *_stand(cup), "stand", material)
+        add_stand_visual(plant, body, cup)
     slab = Box(6, 6, 0.2)
     X_WSlab = translation([0, 0, -0.1])
     plant.RegisterCollisionGeometry(plant.world_body(), X_WSlab, slab, "floor", material)
     patch = Cylinder(FLOOR_RADIUS, 0.02)
     X_WPatch = translation([0, 0, -0.01])
     plant.RegisterVisualGeometry(plant.world_body(), X_WPatch, patch, "floor", np.array(FLOOR_COLOR))
+
+
+def _stand(cup: Cup) -> tuple[RigidTransform, Cylinder]:
+    """Return X_CStand and the shape of the cup's stand."""
+    return translation([0, 0, cup.base_height / 2 - cup.rim_height]), Cylinder(cup.base_radius, cup.base_height)
+
+
+def add_stand_visual(plant: MultibodyPlant, cup_body: RigidBody, cup: Cup) -> None:
+    """Show what the cup stands on, if it is not the floor."""
+    if cup.base_height > 0:
+        plant.RegisterVisualGeometry(cup_body, *_stand(cup), "stand", np.array(STAND_COLOR))
 
 
 def add_hook(plant: MultibodyPlant) -> Frame:
@@ -207,7 +216,7 @@ def fill_plant(plant: MultibodyPlant, scenario: Scenario) -> None:
     string_end = add_string(plant, string, ball, add_hook(plant))
     add_ball(plant, ball, string_end, string.knot_damping, contact_material(scenario.cup) if has_geometry else None)
     if has_geometry:
-        add_cup(plant, scenario.cup)
+        add_cup(plant, scenario.cup, default_cup(scenario))
     plant.Finalize()
     plant.set_stiction_tolerance(STICTION_SPEED)
 

@@ -13,7 +13,7 @@ from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams
 from pydrake.math import RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, System
-from pydrake.systems.primitives import DiscreteTimeDelay, LogVectorOutput, ZeroOrderHold
+from pydrake.systems.primitives import LinearSystem, LogVectorOutput
 
 from wam_cast.arm_model import arm_model
 from wam_cast.cast import Cast
@@ -22,12 +22,13 @@ from wam_cast.errors import InputError
 from wam_cast.motion.stages import CastMotion
 from wam_cast.robot.ball_tracker import BallTracker
 from wam_cast.robot.controller import CastController
-from wam_cast.robot.drake_types import add_system, translation
+from wam_cast.robot.delay import delay_line, fill
+from wam_cast.robot.drake_types import add_system, evaluate, translation
 from wam_cast.robot.encoders import Encoders, encoder_resolution
 from wam_cast.robot.forces import connect_forces
 from wam_cast.robot.motors import Motors
 from wam_cast.robot.noise import TorqueNoise, executed_cast, swing_at_start
-from wam_cast.robot.plant import HOOK, N_ARM, fill_plant, hanging_positions, make_arm_plant, starting_posture
+from wam_cast.robot.plant import HOOK, fill_plant, hanging_positions, make_arm_plant, starting_posture
 from wam_cast.robot.station_state import StationState
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array, Position
@@ -70,12 +71,14 @@ def believed(scenario: Scenario, belief: Scenario | None) -> Scenario:
 class CastStation:
     """The arm, the string, the ball and the cup under a controller, as a Drake diagram.
 
-    The diagram's default context is a cast at its start: run it in a `Simulator`. Exported output ports: `state` (all positions and
-    velocities), `arm_state` (q and v of the arm, 14), `ball_position` and `ball_velocity` (p_WL, v_WL), `torque` (the motors', held
-    between samples, 7), of the controller's, if it has them, `hand` and `hand_desired` (p_WE and v_WE, 6; `hand` as the controller
-    measures it) and `stage` (1), and `query_object` of the scene, for cameras. Exported input port: `applied_spatial_force`, for
-    forces on any body; it may stay unconnected. Logs of `state` and `torque`, a sample per control period, are what outcomes are
-    made from.
+    The diagram's default context is `.default_cast` at its start, without noise, and with a cup at `.default_cup`: run it in a
+    `Simulator`, alone or in a larger diagram, whose context the methods here take as well.
+
+    Exported output ports: `state` (all positions and velocities), `arm_state` (q and v of the arm, 14), `ball_position` and
+    `ball_velocity` (p_WL, v_WL), `torque` (the motors', held between samples, 7), of the controller's, if it has them, `hand` and
+    `hand_desired` (p_WE and v_WE, 6; `hand` as the controller measures it) and `stage` (1), and `query_object` of the scene, for
+    cameras. Exported input port: `applied_spatial_force`, for forces on any body; it may stay unconnected. Logs of `state` and
+    `torque`, a sample per control period, are what outcomes are made from.
 
     Parameters
     ----------
@@ -124,14 +127,14 @@ class CastStation:
         builder = DiagramBuilder()
         self._add_plant(builder, has_scene)
         self._torque_noise: TorqueNoise | None = None
-        self._delay: DiscreteTimeDelay | None = None
+        self._delay: LinearSystem | None = None
         self._arm_plant = make_arm_plant(self.belief)
         # The robot goes to where its encoders read the starting posture.
         self._q_start = starting_posture(self._arm_plant, self.belief) - scenario.arm.encoder_offset
         self.plant.SetDefaultPositions(hanging_positions(self.plant, self._q_start))
         self.controller: LeafSystem = add_system(builder, "controller", controller)
         self.motors = add_system(builder, "motors", Motors(self.plant, scenario.arm))
-        self.hold = add_system(builder, "hold", ZeroOrderHold(scenario.controller.period, N_ARM))
+        self.hold = add_system(builder, "hold", delay_line(1, scenario.controller.period))
         self.ball_tracker = add_system(builder, "ball_tracker", BallTracker(self.plant))
         self._connect(builder)
         self._export(builder)
@@ -144,6 +147,7 @@ class CastStation:
             self.visualizer = MeshcatVisualizer.AddToBuilder(builder, self.scene_graph, meshcat, parameters)
         self.diagram: Diagram = builder.Build()
         self.diagram.set_name("cast_station")
+        self._hold_first_torque_by_default()
 
     def _add_plant(self, builder: DiagramBuilder, has_scene: bool) -> None:
         self.plant = add_system(builder, "plant", MultibodyPlant(time_step=0.0))
@@ -167,8 +171,7 @@ class CastStation:
             builder.Connect(measured, encoders.get_input_port())
             measured = encoders.get_output_port()
         if robot.controller.delay > 0:
-            # Its own sampling is the first period of the delay.
-            self._delay = add_system(builder, "delay", DiscreteTimeDelay(period, robot.controller.delay - 1, N_ARM))
+            self._delay = add_system(builder, "delay", delay_line(robot.controller.delay, period))
             builder.Connect(commanded, self._delay.get_input_port())
             commanded = self._delay.get_output_port()
         if robot.noise.torque > 0:
@@ -178,7 +181,8 @@ class CastStation:
             commanded = noise.get_output_port()
         builder.Connect(measured, self.controller.GetInputPort("arm_state"))
         builder.Connect(commanded, self.motors.GetInputPort("commanded"))
-        builder.Connect(arm_state, self.motors.GetInputPort("arm_state"))
+        if robot.arm.knee_speed < 1:
+            builder.Connect(arm_state, self.motors.GetInputPort("arm_state"))
         builder.Connect(self.motors.get_output_port(), self.hold.get_input_port())
         builder.Connect(self.hold.get_output_port(), plant.get_actuation_input_port())
         connect_forces(builder, plant, robot)
@@ -224,7 +228,7 @@ class CastStation:
         """Put the diagram's `context` at the start of `cast`: time 0, the ball hanging at rest, all other state as when new.
 
         The arm is in the plane of `start_bearing` [rad], from which the cast turns to its own. `cup` is the world (x, y) [m] of
-        the cup's axis; without one, a cup stays where it is by default, below the arm. `noise_seed` draws the scenario's noise,
+        the cup's axis; without one, a cup stands at `.default_cup`. `noise_seed` draws the scenario's noise,
         if it has any: which cast is executed, how the ball swings, what the torques do.
         """
         motion = self.executed_motion(cast, cup, noise_seed=noise_seed, start_bearing=start_bearing)
@@ -253,12 +257,23 @@ class CastStation:
             self._torque_noise.set_seed(self._torque_noise.GetMyMutableContextFromRoot(context), noise_seed)
         if cup is not None and self.scene_graph is not None:
             self.set_cup(context, cup)
-        if self._delay is not None:
-            first = self.controller.GetOutputPort("actuation").Eval(self.controller.GetMyContextFromRoot(context))
-            delay_context = self._delay.GetMyMutableContextFromRoot(context)
-            delay_context.SetDiscreteState(np.tile(first, self.scenario.controller.delay))
+        self._hold_first_torque(context)
         for log in self._logs.values():
             log.FindMutableLog(context).Clear()
+
+    def _hold_first_torque(self, context: Context) -> None:
+        """Hold in the diagram's `context` the torque that the controller wants there, as if it had wanted it ever since."""
+        if self._delay is not None:
+            first = evaluate(self.controller.GetOutputPort("actuation"), self.controller.GetMyContextFromRoot(context))
+            self._delay.GetMyMutableContextFromRoot(context).SetDiscreteState(fill(self._delay, first))
+        given = evaluate(self.motors.get_output_port(), self.motors.GetMyContextFromRoot(context))
+        self.hold.GetMyMutableContextFromRoot(context).SetDiscreteState(given)
+
+    def _hold_first_torque_by_default(self) -> None:
+        context = self.diagram.CreateDefaultContext()
+        self._hold_first_torque(context)
+        for line in filter(None, (self._delay, self.hold)):
+            line.configure_default_state(line.GetMyContextFromRoot(context).get_discrete_state_vector().CopyToVector())
 
     def set_cast(
         self, context: Context, cast: Cast, cup: Position | None = None, *, start_bearing: float = 0.0

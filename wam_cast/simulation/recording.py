@@ -36,7 +36,7 @@ class CastRecording:
     states
         Positions and velocities of the plant, shape (n, n_x): what `station.plant` takes.
     torques
-        Of the motors [N m], shape (n, 7): what was held up to each time, and so none at the first.
+        Of the motors [N m], shape (n, 7): what was held up to each time; at the first, what the controller wants there.
     p_WL, v_WL, p_WE, p_WE_desired
         Ball, hand and the hand's reference in the world frame [m, m/s], each of shape (n, 3). The reference is what the
         controller says by `hand_desired`; nan if it does not.

@@ -1,4 +1,4 @@
-"""Camera: where a picture of a cast is taken from, and where a point of the world comes to lie in it.
+"""Camera: where a picture of a cast is taken from, where a point of the world comes to lie in it, and in what light.
 
 Frame V is the camera's: x to the picture's right, y down, z into the scene.
 """
@@ -7,17 +7,58 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
-from pydrake.geometry import ClippingRange, ColorRenderCamera, RenderCameraCore
+from pydrake.geometry import (
+    ClippingRange,
+    ColorRenderCamera,
+    DepthRange,
+    DepthRenderCamera,
+    FrameId,
+    LightParameter,
+    MakeRenderEngineVtk,
+    RenderCameraCore,
+    RenderEngine,
+    RenderEngineVtkParams,
+)
 from pydrake.math import RigidTransform, RotationMatrix
-from pydrake.systems.sensors import CameraInfo
+from pydrake.systems.sensors import CameraInfo, RgbdSensor
 
 from wam_cast.types import Array
+from wam_cast.visualization.style import PAPER
 
 MARGIN = 1.06
 """How much larger than what it must show a picture is."""
+
+RENDERER = "vtk"
+"""Name of the render engine that a `Camera` asks for."""
+
+NEAREST, FARTHEST = 0.05, 50.0
+"""What a camera sees [m]."""
+
+
+def make_renderer(bearing: float = 0.0) -> RenderEngine:
+    """Return a render engine: one light that casts shadows, three that soften them, all turned to `bearing` [rad].
+
+    The first stands so low that the shadow of the ceiling falls beyond the floor that is drawn, and the arm's beside the ball.
+    Drake's own light, at the camera, leaves the floor almost black.
+    """
+    R_WPlane = RotationMatrix.MakeZRotation(bearing).matrix()
+    key = LightParameter(
+        type="spot",
+        frame="world",
+        position=R_WPlane @ [-0.6, -2.4, 2.9],
+        direction=R_WPlane @ [1.0, 2.4, -2.5],
+        cone_angle=40.0,
+        intensity=0.4,
+    )
+    fills = [
+        LightParameter(type="point", frame="world", position=R_WPlane @ p, intensity=intensity)
+        for p, intensity in (([-2.5, -3.0, 1.2], 0.45), ([2.0, -1.5, 2.6], 0.45), ([0.3, -0.5, 3.5], 0.3))
+    ]
+    shadows: Any = {"cast_shadows": True, "shadow_map_size": 2048}
+    return MakeRenderEngineVtk(RenderEngineVtkParams(default_clear_color=PAPER, lights=[key, *fills], **shadows))
 
 
 def view_rotation(bearing: float, turn: float, elevation: float) -> Array:
@@ -83,8 +124,23 @@ class Camera:
         image = (p_WQ - self.p_WV) @ self.R_WV @ np.asarray(self._info.intrinsic_matrix()).T
         return np.asarray(image[:, :2] / image[:, 2:])
 
-    def to_drake(self, renderer: str) -> ColorRenderCamera:
-        """Return the same for the render engine of that name, placed in the world by its own offset."""
-        X_WV = RigidTransform(RotationMatrix(self.R_WV), self.p_WV)
-        core = RenderCameraCore(renderer, self._info, ClippingRange(0.05, 50.0), X_WV)
-        return ColorRenderCamera(core, False)
+    @property
+    def _core(self) -> RenderCameraCore:
+        return RenderCameraCore(RENDERER, self._info, ClippingRange(NEAREST, FARTHEST), RigidTransform())
+
+    @property
+    def X_WV(self) -> RigidTransform:
+        """The camera's pose in the world."""
+        return RigidTransform(RotationMatrix(self.R_WV), self.p_WV)
+
+    def to_drake(self) -> ColorRenderCamera:
+        """Return the same for Drake, to be placed at `X_WV`."""
+        return ColorRenderCamera(self._core, False)
+
+    def to_sensor(self, world: FrameId) -> RgbdSensor:
+        """Return a block that takes this camera's pictures, colour and depth; `world` is the scene graph's world frame.
+
+        The scene graph needs a render engine of the name `RENDERER`, such as `make_renderer` makes.
+        """
+        depth = DepthRenderCamera(self._core, DepthRange(NEAREST, FARTHEST))
+        return RgbdSensor(world, self.X_WV, self.to_drake(), depth)

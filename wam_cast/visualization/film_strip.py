@@ -19,14 +19,7 @@ from wam_cast.types import Array
 from wam_cast.visualization.camera import Camera, view_rotation
 from wam_cast.visualization.figures.plot_style import draw_picture, halo
 from wam_cast.visualization.picture_files import picture_format, write_figure
-from wam_cast.visualization.recorded import (
-    describe,
-    finite_part,
-    points_to_show,
-    stage_before,
-    stage_pieces,
-    without_turn,
-)
+from wam_cast.visualization.recorded import describe, finite_part, stage_before, stage_pieces, without_turn
 from wam_cast.visualization.scene import CastScene
 from wam_cast.visualization.side_view import draw_side_view
 from wam_cast.visualization.style import INK, STAGE_COLORS, stage_name
@@ -88,8 +81,8 @@ def render_frames(
     `size` is the width and height of a frame [pixels].
     """
     bearing = recording.cast.bearing
-    camera = Camera.framing(points_to_show(recording), view_rotation(bearing, TURN, ELEVATION), size)
     scene = CastScene(recording.scenario, recording.cup, light_bearing=bearing)
+    camera = Camera.framing(scene.points_to_show(recording, samples), view_rotation(bearing, TURN, ELEVATION), size)
     for sample in samples:
         scene.show(recording, sample)
         yield Frame(sample, camera, scene.render(camera), scene.string())
@@ -98,7 +91,7 @@ def render_frames(
 def draw_frame(axes: Axes, frame: Frame, recording: CastRecording) -> None:
     """Draw a frame with the paths of ball and hand so far."""
     draw_picture(axes, frame.image)
-    _draw_string_on_floor(axes, frame)
+    _draw_string_on_floor(axes, frame, recording)
     to_top = [0.0, 0.0, recording.scenario.ball.radius]
     ball, top = frame.camera.project(recording.p_WL[frame.sample] + [np.zeros(3), to_top])
     radius = np.linalg.norm(top - ball)
@@ -109,11 +102,16 @@ def draw_frame(axes: Axes, frame: Frame, recording: CastRecording) -> None:
             axes.plot(*pixels.T, color=STAGE_COLORS[stage], linewidth=width, path_effects=halo(width + 0.8))
 
 
-def _draw_string_on_floor(axes: Axes, frame: Frame) -> None:
-    """Draw what of the string is below the floor as lying on it: it collides with nothing, and would look torn."""
-    below = frame.string[:, 2] < 0
+def _draw_string_on_floor(axes: Axes, frame: Frame, recording: CastRecording) -> None:
+    """Draw what of the string is below the floor, or in the stand, as lying on it: it collides with nothing."""
+    support = np.zeros(len(frame.string))
+    if recording.cup is not None and recording.scenario.cup.base_height > 0:
+        shape, p_CQ = recording.scenario.cup, frame.string[:, :2] - recording.cup
+        support[np.hypot(*p_CQ.T) < shape.base_radius] = shape.base_height
+    below = frame.string[:, 2] < support
     shown = below | np.roll(below, 1) | np.roll(below, -1)  # and whereto it goes on
-    lying = np.where(shown[:, None], np.maximum(frame.string, [-np.inf, -np.inf, 0.0]), np.nan)
+    on_top = np.column_stack([frame.string[:, :2], np.maximum(frame.string[:, 2], support)])
+    lying = np.where(shown[:, None], on_top, np.nan)
     if np.any(below):
         axes.plot(*frame.camera.project(lying).T, color=STRING_COLOR, linewidth=0.9, solid_joinstyle="round")
 

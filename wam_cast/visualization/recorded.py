@@ -10,13 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wam_cast.motion.stages import Stage
+from wam_cast.scenario import Arm
 from wam_cast.simulation.ball_and_cup import is_inside
 from wam_cast.simulation.recording import CastRecording
 from wam_cast.types import Array
 from wam_cast.visualization.style import status_name
 
-CEILING_RADIUS, CEILING_THICKNESS = 0.18, 0.02
-"""Of the round patch of ceiling from which the arm hangs in pictures [m]."""
+MOUNT_RADIUS, MOUNT_THICKNESS = 0.18, 0.02
+"""Of what the arm is mounted on in pictures [m]: a round patch of ceiling, a round pedestal, or a wall's panel."""
 
 SAMPLED = ("times", "states", "torques", "p_WL", "v_WL", "p_WE", "p_WE_desired", "stages")
 """What of a recording has a value for each sample."""
@@ -85,15 +86,27 @@ def stage_pieces(stages: NDArray[np.int_]) -> list[tuple[Stage, slice]]:
 
 
 def points_to_show(recording: CastRecording) -> Array:
-    """Return points p_WQ [m], shape (n, 3), such that a picture with all of them in it shows the whole cast."""
+    """Return points p_WQ [m], shape (n, 3), such that a picture with all of them in it shows the whole cast, but for the arm."""
     scenario = recording.scenario
-    ceiling = scenario.arm.mount_height + CEILING_THICKNESS
-    points = [_box(np.array([0, 0, ceiling]), CEILING_RADIUS, 0.0), recording.p_WE]
-    radius = scenario.ball.radius
-    points += [recording.p_WL + offset for offset in _box(np.zeros(3), radius, radius)]
+    points = [box_corners(*mount_box(scenario.arm)), recording.p_WE]
+    radius, shape = scenario.ball.radius, scenario.cup
+    points += [recording.p_WL + offset for offset in box_corners(np.full(3, -radius), np.full(3, radius))]
     foot = recording.p_WL[-1] if recording.cup is None else np.array(recording.cup)
-    points.append(_box(np.array([foot[0], foot[1], 0.0]), scenario.cup.outer_radius, 0.0))
+    has_stand = recording.cup is not None and shape.base_height > 0
+    around = np.full(2, shape.base_radius if has_stand else shape.outer_radius)
+    points.append(box_corners(np.r_[foot[:2] - around, 0.0], np.r_[foot[:2] + around, 0.0]))
     return np.vstack(points)
+
+
+def mount_box(arm: Arm) -> tuple[Array, Array]:
+    """Return two opposite corners p_WQ [m], (3,) each, of the upright box about what the arm is mounted on."""
+    radius, thickness, height = MOUNT_RADIUS, MOUNT_THICKNESS, arm.mount_height
+    low, high = {
+        "ceiling": ((-radius, -radius, height), (radius, radius, height + thickness)),
+        "floor": ((-radius, -radius, 0.0), (radius, radius, height)),
+        "wall": ((-thickness, -radius, 0.0), (0.0, radius, height + radius)),
+    }[arm.mount]
+    return np.array(low), np.array(high)
 
 
 def describe(recording: CastRecording, predicted_landing: Array | None = None) -> str:
@@ -127,7 +140,7 @@ def describe_all(casts: Sequence[CastRecording], landings: Sequence[Array | None
     return [f"{n_caught} of {len(casts)} cups without a reset", *lines]
 
 
-def _box(middle: Array, radius: float, half_height: float) -> Array:
-    """Return the corners, shape (8, 3), of an upright box."""
-    signs = np.stack(np.meshgrid([-1, 1], [-1, 1], [-1, 1]), axis=-1).reshape(-1, 3)
-    return np.asarray(middle + signs * [radius, radius, half_height])
+def box_corners(low: Array, high: Array) -> Array:
+    """Return the corners, shape (8, 3), of an upright box between two opposite ones, (3,) each."""
+    which = np.stack(np.meshgrid([0, 1], [0, 1], [0, 1]), axis=-1).reshape(-1, 3)
+    return np.where(which, high, low)

@@ -24,7 +24,7 @@ from wam_cast.simulation.recording import CastRecording
 from wam_cast.storage.atomic import write_file
 from wam_cast.types import Array
 from wam_cast.visualization.camera import MARGIN, Camera
-from wam_cast.visualization.recorded import describe_all, finite_part, frame_moments, points_to_show, stage_pieces
+from wam_cast.visualization.recorded import describe_all, finite_part, frame_moments, stage_pieces
 from wam_cast.visualization.scene import CastScene
 from wam_cast.visualization.style import INK, PAPER, STAGE_COLORS, stage_name
 from wam_cast.visualization.viewer import (
@@ -95,10 +95,12 @@ def replay_page(
         raise InputError(
             f"predicted_landings: {len(landings)} for {len(casts)} recordings; give a list with one (x, y) or None for each"
         )
-    p_WQ = np.vstack([points_to_show(one) for one in casts])
     meshcat = open_meshcat()
+    scene = CastScene(casts[0].scenario, casts[0].cup, meshcat=meshcat, frame_rate=FRAME_RATE)
+    # The arm moves by little in a tenth of a second.
+    p_WQ = np.vstack([scene.points_to_show(one, [s for _, s in frame_moments([one], 10.0)]) for one in casts])
     camera = place_camera(meshcat, p_WQ, cmath.phase(sum(cmath.rect(1.0, one.cast.bearing) for one in casts)))
-    growth = _record(meshcat, casts)
+    growth = _record(meshcat, scene, casts)
     # The scene's diagram is a cycle that holds the Meshcat, which must end in this thread; any may collect garbage.
     gc.collect()
     page = DECODER.sub('""', meshcat.StaticHtml())
@@ -108,10 +110,9 @@ def replay_page(
     return head + _player(casts, caption, growth, _view(p_WQ, camera)) + end + tail
 
 
-def _record(meshcat: Meshcat, casts: Sequence[CastRecording]) -> dict[str, list[int]]:
-    """Give `meshcat` the scene at its start and the animation; return what `_record_paths` does."""
+def _record(meshcat: Meshcat, scene: CastScene, casts: Sequence[CastRecording]) -> dict[str, list[int]]:
+    """Give `meshcat` the `scene` at its start and the animation; return what `_record_paths` does."""
     moments = frame_moments(casts, FRAME_RATE)
-    scene = CastScene(casts[0].scenario, casts[0].cup, meshcat=meshcat, frame_rate=FRAME_RATE)
     positions = []
     for number, sample in moments:
         scene.show(casts[number], sample)

@@ -1,70 +1,36 @@
-"""CastScene: what a scenario looks like in one of its states, for whatever wants to draw it, and the light it is rendered in."""
+"""CastScene: what a scenario looks like in one of its states, for whatever wants to draw it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.geometry import (
-    Cylinder,
-    LightParameter,
-    MakeRenderEngineVtk,
-    Meshcat,
-    MeshcatAnimation,
-    MeshcatVisualizer,
-    MeshcatVisualizerParams,
-    RenderEngine,
-    RenderEngineVtkParams,
-)
-from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.geometry import Box, Cylinder, Meshcat, MeshcatAnimation, MeshcatVisualizer, MeshcatVisualizerParams
+from pydrake.math import RigidTransform
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.multibody.tree import FixedOffsetFrame, Frame, SpatialInertia
 from pydrake.systems.framework import DiagramBuilder
 
 from wam_cast.robot.cup_mesh import cup_mesh
 from wam_cast.robot.drake_types import translation
-from wam_cast.robot.plant import N_ARM, fill_plant, hanging_positions
-from wam_cast.scenario import Cup, Scenario
+from wam_cast.robot.plant import N_ARM, add_stand_visual, fill_plant, hanging_positions
+from wam_cast.scenario import Arm, Cup, Scenario
 from wam_cast.simulation.recording import CastRecording
 from wam_cast.types import Array, Position
-from wam_cast.visualization.camera import Camera
-from wam_cast.visualization.recorded import CEILING_RADIUS, CEILING_THICKNESS, holds_ball
-from wam_cast.visualization.style import PAPER
+from wam_cast.visualization.camera import RENDERER, Camera, make_renderer
+from wam_cast.visualization.recorded import box_corners, holds_ball, mount_box, points_to_show
 
-CEILING_COLOR = (0.62, 0.64, 0.67, 1.0)
+MOUNT_COLORS = {"ceiling": (0.62, 0.64, 0.67, 1.0), "floor": (0.62, 0.64, 0.67, 1.0), "wall": (0.90, 0.90, 0.88, 1.0)}
 
 LIT_CUP_COLOR = (1.0, 0.78, 0.10, 0.40)
 """Of the cup while it holds the ball."""
 
-OUT_OF_SIGHT = (0.0, 0.0, -1.0)
-"""Where a cup stands that is not to be seen: below the floor."""
+OUT_OF_SIGHT = (0.0, 0.0, -5.0)
+"""Where a cup stands that is not to be seen, with its stand: far below the floor."""
 
-RENDERER = "vtk"
-"""Name of the off-screen render engine."""
-
-
-def _renderer(bearing: float) -> RenderEngine:
-    """Return an off-screen render engine: one light that casts shadows, three that soften them, all turned to `bearing` [rad].
-
-    The first stands so low that the shadow of the ceiling falls beyond the floor that is drawn, and the arm's beside the ball.
-    """
-    R_WPlane = RotationMatrix.MakeZRotation(bearing).matrix()
-    key = LightParameter(
-        type="spot",
-        frame="world",
-        position=R_WPlane @ [-0.6, -2.4, 2.9],
-        direction=R_WPlane @ [1.0, 2.4, -2.5],
-        cone_angle=40.0,
-        intensity=0.4,
-    )
-    fills = [
-        LightParameter(type="point", frame="world", position=R_WPlane @ p, intensity=intensity)
-        for p, intensity in (([-2.5, -3.0, 1.2], 0.45), ([2.0, -1.5, 2.6], 0.45), ([0.3, -0.5, 3.5], 0.3))
-    ]
-    shadows: Any = {"cast_shadows": True, "shadow_map_size": 2048}
-    return MakeRenderEngineVtk(RenderEngineVtkParams(default_clear_color=PAPER, lights=[key, *fills], **shadows))
+ARM_RADIUS = 0.08
+"""Of the arm about the origins of its links [m], for pictures that must show all of it."""
 
 
 class CastScene:
@@ -94,8 +60,8 @@ class CastScene:
         builder = DiagramBuilder()
         self.plant, self._scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=0.0)
         if light_bearing is not None:
-            self._scene_graph.AddRenderer(RENDERER, _renderer(light_bearing))
-        self._add_ceiling(scenario.arm.mount_height)
+            self._scene_graph.AddRenderer(RENDERER, make_renderer(light_bearing))
+        self._add_mount(scenario.arm)
         self._add_lit_cup(scenario.cup)
         fill_plant(self.plant, scenario)
         if meshcat is not None:
@@ -107,11 +73,16 @@ class CastScene:
         self._scenario, self._frame_rate = scenario, frame_rate
         self.stand_cup(cup)
 
-    def _add_ceiling(self, height: float) -> None:
-        """Hang the arm from something that can be seen."""
-        X_WCeiling = translation([0, 0, height + CEILING_THICKNESS / 2])
-        patch = Cylinder(CEILING_RADIUS, CEILING_THICKNESS)
-        self.plant.RegisterVisualGeometry(self.plant.world_body(), X_WCeiling, patch, "ceiling", CEILING_COLOR)
+    def _add_mount(self, arm: Arm) -> None:
+        """Mount the arm on something that can be seen, if it does not stand on the floor itself."""
+        low, high = mount_box(arm)
+        size = high - low
+        if np.all(size > 0):
+            shape = Box(*size) if arm.mount == "wall" else Cylinder(size[0] / 2, size[2])
+            X_WMount = translation((low + high) / 2)
+            self.plant.RegisterVisualGeometry(
+                self.plant.world_body(), X_WMount, shape, "mount", MOUNT_COLORS[arm.mount]
+            )
 
     def _add_lit_cup(self, cup: Cup) -> None:
         """Add a cup for the eye alone: a geometry's colour cannot change, so that two cups change places."""
@@ -120,6 +91,7 @@ class CastScene:
         mount = FixedOffsetFrame("lit_cup_mount", self.plant.world_frame(), RigidTransform(), model)
         self.plant.WeldFrames(self.plant.AddFrame(mount), body.body_frame())
         self.plant.RegisterVisualGeometry(body, RigidTransform(), cup_mesh(cup), "lit_cup", LIT_CUP_COLOR)
+        add_stand_visual(self.plant, body, cup)
 
     def stand_cup(self, cup: Position | None, *, is_lit: bool = False) -> None:
         """Put the axis of the cup, or of the one that is lit, at world (x, y) [m], or hide it."""
@@ -141,10 +113,12 @@ class CastScene:
         at_rest = np.zeros(self.plant.num_velocities())
         q = hanging_positions(self.plant, q_arm)
         self.set_state(0.0, np.concatenate([q, at_rest]))
-        string = self._scenario.string
-        room = self.pose(self.plant.GetFrameByName("hook")).translation()[2] - self._scenario.ball.radius
-        # Each link's angle from the vertical; turned about its y axis, level as long as none is tilted.
-        tilts = np.arccos(np.clip(room / (string.length / string.n_links) - np.arange(string.n_links), 0.0, 1.0))
+        string, radius = self._scenario.string, self._scenario.ball.radius
+        lengths = np.append(np.full(string.n_links, (string.length - radius) / string.n_links), radius)
+        room = self.pose(self.plant.GetFrameByName("hook")).translation()[2] - radius
+        below = np.cumsum(lengths) - lengths
+        # The angle from the vertical of each link and of the ball; turned about its y axis, level as long as none is tilted.
+        tilts = np.arccos(np.clip((room - below) / lengths, 0.0, 1.0))
         q[N_ARM + 1 :: 2] += np.diff(tilts, prepend=0.0)
         self.set_state(0.0, np.concatenate([q, at_rest]))
 
@@ -170,9 +144,26 @@ class CastScene:
         return np.array([pose.translation() for pose in poses])
 
     def string(self) -> Array:
-        """Return points along the string in the world [m], from the hand to the ball, shape (n_links + 1, 3)."""
+        """Return points along the string in the world [m], from the hand to the ball's surface, shape (n_links + 1, 3)."""
         links = self.plant.GetBodyIndices(self.plant.GetModelInstanceByName("string"))
-        return np.array([*(self.position(self.plant.get_body(link).name()) for link in links), self.position("ball")])
+        knot = self.pose(self.plant.GetFrameByName("knot")).translation()
+        return np.array([*(self.position(self.plant.get_body(link).name()) for link in links), knot])
+
+    def arm_points(self) -> Array:
+        """Return points about the arm in the world [m], shape (n, 3): a picture with all of them in it shows all of it."""
+        p_WQ = [self.position(f"link{number}") for number in range(1, N_ARM + 1)]
+        return np.vstack([box_corners(p - ARM_RADIUS, p + ARM_RADIUS) for p in p_WQ])
+
+    def points_to_show(self, recording: CastRecording, samples: Iterable[int]) -> Array:
+        """Return points p_WQ [m], shape (n, 3), such that a picture with all of them in it shows the whole cast.
+
+        The arm is where it is in `samples`.
+        """
+        points = [points_to_show(recording)]
+        for sample in samples:
+            self.show(recording, sample)
+            points.append(self.arm_points())
+        return np.vstack(points)
 
     def publish(self) -> None:
         """Show the scene as it is, in the Meshcat that it was made with."""
@@ -196,5 +187,5 @@ class CastScene:
         graph_context = self._scene_graph.GetMyContextFromRoot(self._context)
         query = self._scene_graph.get_query_output_port().Eval(graph_context)
         world = self._scene_graph.world_frame_id()
-        image = query.RenderColorImage(camera.to_drake(RENDERER), world, RigidTransform())
+        image = query.RenderColorImage(camera.to_drake(), world, camera.X_WV)
         return np.array(image.data[:, :, :3])

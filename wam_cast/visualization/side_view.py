@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from matplotlib.patches import Circle, Polygon
+from matplotlib.patches import Circle, Polygon, Rectangle
 
 from wam_cast.casting_plane import to_casting_plane
 from wam_cast.robot.cup_mesh import cup_profile
-from wam_cast.robot.plant import BALL_COLOR, CUP_COLOR
+from wam_cast.robot.plant import BALL_COLOR, CUP_COLOR, STAND_COLOR
 from wam_cast.simulation.recording import CastRecording
 from wam_cast.types import Array
 from wam_cast.visualization.recorded import stage_pieces
@@ -36,7 +36,7 @@ def in_casting_plane(p_WQ: Array, bearing: float) -> Array:
 def draw_side_view(
     axes: Axes, recording: CastRecording, moments: Sequence[int] = (), predicted_landing: Array | None = None
 ) -> None:
-    """Draw the paths of ball and hand, the hand's reference, the cup to scale and the landing.
+    """Draw the paths of ball and hand, the hand's reference, the cup and its stand to scale and the landing.
 
     The recording's samples must be finite. At the samples `moments` the ball is drawn and numbered, from 1 on.
     `predicted_landing`, if given, is marked: world (x, y) [m] where a forward model said that the ball would land.
@@ -63,6 +63,9 @@ def _draw_surroundings(axes: Axes, recording: CastRecording) -> None:
     half = np.array(cup_profile(shape))
     section = np.vstack([half, half[::-1] * [-1, 1]]) + np.array([along, shape.rim_height])
     axes.add_patch(Polygon(section, facecolor=CUP_COLOR[:3], edgecolor=INK, linewidth=0.5, zorder=2))
+    if shape.base_height > 0:
+        corner, size = (along - shape.base_radius, 0.0), (2 * shape.base_radius, shape.base_height)
+        axes.add_patch(Rectangle(corner, *size, facecolor=STAND_COLOR[:3], edgecolor=INK, linewidth=0.5, zorder=1.5))
 
 
 def _draw_paths(axes: Axes, recording: CastRecording) -> None:

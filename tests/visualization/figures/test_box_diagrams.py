@@ -84,7 +84,11 @@ def test_boxes_are_on_the_page_and_do_not_overlap_but_for_parts():
 
 # --- station
 
-NOISY = Scenario(noise=Noise.typical(), arm={"coulomb_friction": 1.0})
+NOISY = Scenario(
+    noise=Noise.typical(),
+    arm={"coulomb_friction": 1.0, "knee_speed": 0.7},
+    controller={"delay": 1, "kp": 3000, "kd": 125},
+)
 
 
 @pytest.fixture(scope="module")
@@ -94,8 +98,9 @@ def station():
 
 def test_connections_are_the_diagrams_without_its_logs(station):
     assert [tuple(link) for link in connections(station)] == [
-        ("controller", "actuation", "hold", "u"),
-        ("hold", "y", "plant", "actuation"),
+        ("controller", "actuation", "motors", "commanded"),
+        ("hold", "y0", "plant", "actuation"),
+        ("motors", "torque", "hold", "u0"),
         ("plant", "body_poses", "ball_tracker", "body_poses"),
         ("plant", "body_spatial_velocities", "ball_tracker", "body_spatial_velocities"),
         ("plant", "geometry_pose", "scene_graph", "plant_pose"),
@@ -107,9 +112,10 @@ def test_connections_are_the_diagrams_without_its_logs(station):
 def test_signals_run_from_column_to_column():
     links = connections(CastStation(NOISY))
     column = columns(links)
-    chain = ["plant", "encoders", "controller", "torque_noise", "hold"]
-    assert [column[name] for name in chain] == [0, 1, 2, 3, 4]
-    assert all(column[link.target] <= column[link.source] + 1 for link in links)
+    chain = ["plant", "encoders", "controller", "delay", "torque_noise", "motors", "hold"]
+    assert [column[name] for name in chain] == [0, 1, 2, 3, 4, 5, 6]
+    forward = [link for link in links if link.target != "plant"]
+    assert all(column[link.target] > column[link.source] for link in forward)
     assert set(column) == {name for link in links for name in (link.source, link.target)}
 
 
@@ -123,7 +129,7 @@ def test_no_two_boxes_overlap(scenario):
 
 def test_drawing_can_be_read_and_has_an_arrow_for_each_connection(station, assert_reads_well, assert_apart):
     with figure_style():
-        axes = Figure(figsize=(9, 3)).subplots()
+        axes = Figure(figsize=(12, 3)).subplots()
         draw_station(axes, station)
     assert_reads_well(axes.figure)
     assert_apart(axes.figure)
@@ -137,7 +143,7 @@ def test_drawing_can_be_read_and_has_an_arrow_for_each_connection(station, asser
 
 def test_connections_that_run_side_by_side_are_apart():
     with figure_style():
-        axes = Figure(figsize=(15, 4)).subplots()
+        axes = Figure(figsize=(20, 4)).subplots()
     draw_station(axes, CastStation(NOISY))
     upright = []
     for line in axes.lines:

@@ -67,7 +67,7 @@ def test_the_blind_sector_is_hatched_and_named(top_view):
     assert blind.get_hatch()
     assert (blind.theta1, blind.theta2) == pytest.approx((math.degrees(2.5), 360 - math.degrees(2.5)))
     assert (blind.r, blind.r - blind.width) == pytest.approx((1.0, 0.2))
-    (name,) = [text for text in top_view.texts if "joint 1's" in text.get_text()]
+    (name,) = [text for text in top_view.texts if "not turn" in text.get_text()]
     x, y = name.get_position()
     assert (math.hypot(x, y) < 1.0, x < 0, y) == (True, True, pytest.approx(0.0, abs=1e-9))
     assert "base axis" in [text.get_text() for text in top_view.texts]

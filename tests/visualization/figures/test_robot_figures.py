@@ -150,3 +150,37 @@ def test_drawing_names_all_that_was_asked_for_and_nothing_else(robot_view, asser
     assert not right.texts
     assert_reads_well(figure)
     assert not np.array_equal(plain.image, robot_view.image), "without a cup"
+
+
+# --- other laboratories
+
+ON_FLOOR = {"arm": {"mount": "floor", "mount_height": 0.0}, "motion": {"start_radius": 0.40, "start_height": 0.85}}
+ON_WALL = {"arm": {"mount": "wall", "mount_height": 1.2}, "motion": {"start_radius": 0.40, "start_height": 0.85}}
+ON_TABLE = {
+    "cup": {"base_height": 0.4, "rim_height": 0.52, "base_radius": 0.3},
+    "arm": {"mount_height": 1.746},
+    "motion": {"start_height": 1.2},
+}
+
+
+@pytest.mark.parametrize(
+    ("changes", "part", "dimension", "without"),
+    [
+        (ON_FLOOR, "floor mount", "cup 0.75 m from the base axis", "base 0 m"),
+        (ON_WALL, "wall mount", "base axis 1.2 m", "ceiling 1.2 m"),
+        (ON_TABLE, "stand", "rim 0.52 m", "rim 0.12 m"),
+    ],
+    ids=["floor", "wall", "table"],
+)
+def test_set_up_of_another_laboratory_names_what_it_has(changes, part, dimension, without):
+    view = render_set_up(Scenario.from_dict({"bounds": {"distance": [0.05, 0.30]}} | changes), (0.75, 0.0))
+    assert part in view.parts
+    assert dimension in view.dimensions
+    assert without not in view.dimensions
+    height, width, _ = view.image.shape
+    for points in (*view.parts.values(), *view.dimensions.values()):
+        assert np.all((points >= -0.5) & (points <= [width - 0.5, height - 0.5]))
+    with figure_style():
+        axes = Figure(figsize=(6.3, 5.0)).subplots()
+        draw_set_up(axes, view)
+    assert part in {text.get_text() for text in axes.texts}

@@ -109,3 +109,27 @@ def test_camera_goes_round_to_a_casting_plane_that_it_does_not_see_from_the_side
         there, square = cast_at(degrees)
         assert square > 0.85
         assert np.linalg.norm(there - first) > 1.0
+
+
+@pytest.mark.parametrize("mount", [{}, {"mount": "floor", "mount_height": 0.1}])
+def test_arm_of_any_mount_is_shown_in_the_casting_plane(mount):
+    motion = {"start_radius": 0.40, "start_height": 0.85} if mount else {}
+    bounds = {"distance": [0.05, 0.33]}
+    scenario = Scenario.from_dict({"arm": mount, "motion": motion, "bounds": bounds})
+    view = ExplorerView(scenario, REACH, farthest=1.3)
+    view.show_setting(Cast(0.2, 0.5, 0.1, bearing=0.7), (0.5, 0.3))
+    radius = scenario.motion.start_radius
+    hand = [radius * math.cos(0.7), radius * math.sin(0.7), scenario.motion.start_height]
+    np.testing.assert_allclose(view._scene.position("tool_plate"), hand, atol=1e-9)
+
+
+def test_markers_stand_on_what_the_cup_stands_on():
+    table = {
+        "cup": {"base_height": 0.4, "rim_height": 0.52},
+        "arm": {"mount_height": 1.746},
+        "motion": {"start_height": 1.2},
+    }
+    on_table = Seen(Scenario.from_dict(table))
+    assert on_table.pose("predicted/rim")[2, 3] == pytest.approx(0.52)
+    assert on_table.pose("predicted/floor")[2, 3] == pytest.approx(0.4)
+    assert on_table.pose("predicted/stem")[2, 3] == pytest.approx(0.46)

@@ -70,11 +70,14 @@ def test_below_a_low_hand_the_ball_lies_on_the_floor(sliders, meshcat):
     hook_height = pose_in(meshcat, "visualizer/string/string_link0")[2, 3]
     assert hook_height < SCENARIO.string.length
     links = [pose_in(meshcat, f"visualizer/string/string_link{i}")[:3, 3] for i in range(SCENARIO.string.n_links)]
-    ball = pose_in(meshcat, "visualizer/ball/ball")[:3, 3]
-    assert ball[2] == pytest.approx(SCENARIO.ball.radius, abs=1e-9)
-    spans = np.diff([*links, ball], axis=0)
-    np.testing.assert_allclose(np.linalg.norm(spans, axis=1), SCENARIO.string.length / SCENARIO.string.n_links)
-    hanging = int((hook_height - ball[2]) * SCENARIO.string.n_links / SCENARIO.string.length)
+    X_WL = pose_in(meshcat, "visualizer/ball/ball")
+    ball, radius = X_WL[:3, 3], SCENARIO.ball.radius
+    knot = ball - radius * X_WL[:3, 2]  # where the string ends on the ball's surface
+    assert ball[2] == pytest.approx(radius, abs=1e-9)
+    spans = np.diff([*links, knot, ball], axis=0)
+    link = (SCENARIO.string.length - radius) / SCENARIO.string.n_links
+    np.testing.assert_allclose(np.linalg.norm(spans, axis=1), [link] * SCENARIO.string.n_links + [radius])
+    hanging = int((hook_height - ball[2]) / link)
     np.testing.assert_allclose(spans[:hanging, :2], 0, atol=1e-9)
     np.testing.assert_allclose(spans[hanging + 1 :, 2], 0, atol=1e-9)
 

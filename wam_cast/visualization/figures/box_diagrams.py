@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from matplotlib.axes import Axes
@@ -176,12 +176,12 @@ def connections(station: CastStation) -> list[Connection]:
     )
 
 
-def columns(links: Iterable[Connection]) -> dict[str, int]:
-    """Return each system's column: how many connections lead to it from the plant, by the shortest way."""
+def columns(links: Sequence[Connection]) -> dict[str, int]:
+    """Return each system's column: how many connections lead to it from the plant, by the longest way."""
     column, reached = {"plant": 0}, ["plant"]
     for source in reached:  # which grows meanwhile
         for link in links:
-            if link.source == source and link.target not in column:
+            if link.source == source and link.target != "plant" and column.get(link.target, 0) <= column[source]:
                 column[link.target] = column[source] + 1
                 reached.append(link.target)
     return column
@@ -214,7 +214,7 @@ def draw_station(axes: Axes, station: CastStation) -> None:
         end = target.left, target.port_height(target.inputs.index(link.input))
         left = end[0] - ASIDE - LANE * n_entering[target.column]
         n_entering[target.column] += 1
-        if target.column > source.column:
+        if target.column == source.column + 1:
             corners, color = [(x, y), (left, y), (left, end[1]), end], DARK
         else:
             n_returning[source.column] += 1

@@ -88,7 +88,7 @@ def _draw_blind_sector(axes: Axes, nearest: float, farthest: float, low: float, 
     axes.add_patch(blind)
     place = from_polar(0.6 * farthest + 0.4 * nearest, math.radians((low + high) / 2 + 180))
     box = {"facecolor": UNREACHABLE, "edgecolor": "none", "pad": 1.5}
-    axes.annotate("beyond\njoint 1's\nstops", place, ha="center", va="center", fontsize=7.5, bbox=box)
+    axes.annotate("where the\narm does\nnot turn", place, ha="center", va="center", fontsize=7.5, bbox=box)
 
 
 def draw_offsets(

@@ -10,13 +10,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
+from wam_cast.arm_model import arm_model
 from wam_cast.casting_plane import from_casting_plane, to_polar
 from wam_cast.robot.plant import N_ARM, make_arm_plant, starting_posture
-from wam_cast.scenario import Scenario
+from wam_cast.scenario import Cup, Scenario
 from wam_cast.types import Array, Position
 from wam_cast.visualization.camera import Camera, view_rotation
 from wam_cast.visualization.figures.plot_style import draw_picture, halo
-from wam_cast.visualization.recorded import CEILING_THICKNESS
+from wam_cast.visualization.recorded import box_corners, mount_box
 from wam_cast.visualization.scene import CastScene
 from wam_cast.visualization.style import INK, Color
 
@@ -26,8 +27,8 @@ ROBOT_SIZE, SET_UP_SIZE = (760, 900), (1000, 1240)
 ROBOT_VIEW, SET_UP_VIEW = np.radians((30, 12)), np.radians((8, 6))
 """Turn and elevation of their cameras: see `.view_rotation`."""
 
-REACH, BEHIND, ASIDE = 0.95, 0.35, 0.25
-"""How far in front of the base axis, behind it and to its sides the robot's picture reaches [m]."""
+REACH, BEHIND, ASIDE, ABOVE = 0.95, 0.35, 0.25, 0.65
+"""How far in front of its shoulder, behind it, to its sides and, if it does not hang, above it the robot's picture reaches [m]."""
 
 AXIS_LENGTH, JOINT_AXIS_LENGTH = 0.11, 0.17
 """Of what is drawn of a frame's axes, and of a joint's, from the joint to its number [m]."""
@@ -38,8 +39,11 @@ AXIS_COLORS: tuple[Color, ...] = ((0.85, 0.10, 0.10), (0.05, 0.55, 0.10), (0.10,
 SHORT = 0.2
 """Of an upright dimension line, by the picture's height: what it says is longer than the line."""
 
-LEFT = ("ceiling mount", "WAM arm")
+LEFT = ("ceiling mount", "floor mount", "wall mount", "WAM arm")
 """What is named at the set-up's left; the rest is named at its right."""
+
+MEASURED = {"ceiling": ("ceiling", "base axis"), "floor": ("base", "base axis"), "wall": ("base axis", "wall")}
+"""By mount, what the mounting height is the height of, and from what the cup's distance counts."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,8 +93,9 @@ def render_robot(
 
 def room_of(scenario: Scenario) -> Array:
     """Return points p_WQ [m], shape (8, 3), such that a picture with all of them in it shows the robot in most postures."""
-    heights = (0.0, scenario.arm.mount_height + CEILING_THICKNESS)
-    return np.array([(x, y, z) for x in (-BEHIND, REACH) for y in (-ASIDE, ASIDE) for z in heights])
+    arm, (_, mount_end) = arm_model(scenario.arm), mount_box(scenario.arm)
+    top = mount_end[2] if scenario.arm.mount == "ceiling" else arm.shoulder_height + ABOVE
+    return box_corners(np.array([-BEHIND, -ASIDE, 0.0]), np.array([arm.shoulder_radius + REACH, ASIDE, top]))
 
 
 def _joint_axes(scene: CastScene) -> list[Array]:
@@ -149,8 +154,8 @@ def render_set_up(scenario: Scenario, cup: Position) -> SetUpView:
     scene.set_posture(starting_posture(make_arm_plant(scenario), scenario, bearing))
     parts = _parts(scenario, distance, bearing) | {"WAM arm": scene.position("link2")}
     dimensions = _dimensions(scenario, distance, bearing)
-    room = [_in_world(along, 0.0, bearing) for along in (-0.34, distance + 0.1)]
-    shown = np.vstack([*dimensions.values(), parts["ceiling mount"], *room])
+    room = [_in_world(along, 0.0, bearing) for along in (-0.34, distance + _foot_radius(scenario.cup) + 0.06)]
+    shown = np.vstack([*dimensions.values(), *parts.values(), scene.arm_points(), *room])
     camera = Camera.framing(shown, view_rotation(bearing, *SET_UP_VIEW), SET_UP_SIZE)
     return SetUpView(
         scene.render(camera),
@@ -166,33 +171,42 @@ def _in_world(along: float, height: float, bearing: float, across: float = 0.0) 
 
 def _parts(scenario: Scenario, cup_distance: float, bearing: float) -> dict[str, Array]:
     """Return a point of each named part [m], shape (3,); the arm's depend on its posture and are not here."""
-    radius, hand = scenario.motion.start_radius, scenario.motion.start_height
+    radius, hand, cup = scenario.motion.start_radius, scenario.motion.start_height, scenario.cup
+    _, mount_end = mount_box(scenario.arm)
     places = {
-        "ceiling mount": (0.0, scenario.arm.mount_height + CEILING_THICKNESS),
+        f"{scenario.arm.mount} mount": (0.0, mount_end[2]),
         "hand": (radius, hand),
         "string": (radius, hand - 0.15 * scenario.string.length),
         "ball": (radius, hand - scenario.string.length),
-        "cup": (cup_distance, 0.7 * scenario.cup.rim_height),
+        "cup": (cup_distance, cup.base_height + 0.7 * cup.height),
     }
+    if cup.base_height > 0:
+        places["stand"] = (cup_distance + 0.5 * cup.base_radius, 0.5 * cup.base_height)
     return {name: _in_world(*place, bearing) for name, place in places.items()}
 
 
 def _dimensions(scenario: Scenario, cup_distance: float, bearing: float) -> dict[str, Array]:
     """Return the ends of each dimension line [m], shape (2, 3), by what it says."""
     radius, hand = scenario.motion.start_radius, scenario.motion.start_height
-    rim, ceiling, string = scenario.cup.rim_height, scenario.arm.mount_height, scenario.string.length
-    behind, beside_string, beside_cup = -0.27, radius + 0.07, cup_distance - scenario.cup.outer_radius - 0.04
-    spans = {
-        f"ceiling {_m(ceiling)}": ((behind, 0.0), (behind, ceiling)),
+    rim, mount, string = scenario.cup.rim_height, scenario.arm.mount_height, scenario.string.length
+    behind, beside_string, beside_cup = -0.27, radius + 0.07, cup_distance - _foot_radius(scenario.cup) - 0.04
+    name, origin = MEASURED[scenario.arm.mount]
+    spans = {f"{name} {_m(mount)}": ((behind, 0.0), (behind, mount))} if mount > 0 else {}
+    spans |= {
         f"string {_m(string)}": ((beside_string, hand - string), (beside_string, hand)),
         f"hand {_m(hand)}": ((beside_string + 0.12, 0.0), (beside_string + 0.12, hand)),
         f"rim {_m(rim)}": ((beside_cup, 0.0), (beside_cup, rim)),
-        f"cup {_m(cup_distance)} from the base axis": ((0.0, 0.0, -0.15), (cup_distance, 0.0, -0.15)),
+        f"cup {_m(cup_distance)} from the {origin}": ((0.0, 0.0, -0.15), (cup_distance, 0.0, -0.15)),
     }
     return {
         text: np.array([_in_world(along, height, bearing, *across) for along, height, *across in ends])
         for text, ends in spans.items()
     }
+
+
+def _foot_radius(cup: Cup) -> float:
+    """Return the radius of the cup, or of the stand that it has [m]."""
+    return cup.base_radius if cup.base_height > 0 else cup.outer_radius
 
 
 def _m(length: float) -> str:

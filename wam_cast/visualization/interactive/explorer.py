@@ -214,7 +214,7 @@ class Explorer:
         """Return what the colours mean, as HTML."""
         rows = [
             swatch(EXECUTED, "&#9679;", "executed landing"),
-            "(at the height of the rim, and on the floor)",
+            "(at the height of the rim, and of the cup's foot)",
             swatch(PLANE, "&#9644;", "casting plane"),
         ]
         if self.model is not None:

@@ -17,7 +17,7 @@ from wam_cast.robot.plant import make_arm_plant, starting_posture
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.recording import CastRecording
 from wam_cast.types import Array, Position
-from wam_cast.visualization.recorded import CEILING_RADIUS, CEILING_THICKNESS, frame_moments, stage_pieces
+from wam_cast.visualization.recorded import box_corners, frame_moments, mount_box, stage_pieces
 from wam_cast.visualization.scene import CastScene
 from wam_cast.visualization.style import STAGE_COLORS, Color, stage_name
 from wam_cast.visualization.viewer import (
@@ -84,10 +84,8 @@ class ExplorerView:
             # What plays in the browser would move the bodies away again.
             self.meshcat.SetAnimation(MeshcatAnimation())
             self._replays = False
-        q_arm = self._q_start.copy()
-        q_arm[0] -= cast.bearing
         self._scene.stand_cup(cup)
-        self._scene.set_posture(q_arm)
+        self._scene.set_posture(self._posture(cast.bearing))
         self._scene.publish()
         self.meshcat.SetTransform(f"{ROOT}/plane", _placed((0.0, 0.0), cast.bearing))
         if cast.distance != self._hand_way:
@@ -95,7 +93,7 @@ class ExplorerView:
             self._draw_hand_way(cast.distance)
 
     def show_prediction(self, landing: Array, std: LandingStd, bearing: float) -> None:
-        """Mark where the ball is predicted to come through the rim plane, world (x, y) [m], shape (2,), and the floor below.
+        """Mark where the ball is predicted to come through the rim plane, world (x, y) [m], shape (2,), and below.
 
         The rings are wider than the ball by two standard deviations along the casting plane at `bearing` [rad] and across it.
         """
@@ -135,9 +133,15 @@ class ExplorerView:
         self._viewed_bearing = bearing
         angles = bearing + np.linspace(-1.0, 1.0, 9)
         floor = self._farthest * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(9)])
-        top, sides = self.scenario.arm.mount_height + CEILING_THICKNESS, (-CEILING_RADIUS, CEILING_RADIUS)
-        ceiling = [[x, y, top] for x in sides for y in sides]
-        place_camera(self.meshcat, np.vstack([floor, ceiling]), bearing, ELEVATION)
+        self._scene.set_posture(self._posture(bearing))
+        shown = np.vstack([floor, box_corners(*mount_box(self.scenario.arm)), self._scene.arm_points()])
+        place_camera(self.meshcat, shown, bearing, ELEVATION)
+
+    def _posture(self, bearing: float) -> Array:
+        """Return the joint angles [rad], (7,), at the start of a cast at `bearing` [rad]."""
+        q_arm = self._q_start.copy()
+        q_arm[0] += arm_model(self.scenario.arm).joint_1_turn * bearing
+        return q_arm
 
     def _draw_floor(self, reach: tuple[float, float] | None) -> None:
         """Draw where cups can be reached, and the line in which the casting plane meets the floor."""
@@ -158,13 +162,17 @@ class ExplorerView:
             self._draw_line(f"plane/{stage_name(stage)}", ends, HAND_PATH_RADIUS, STAGE_COLORS[stage])
 
     def _add_markers(self) -> None:
-        """Add the markers, hidden: each with a twin in the rim plane, joined to it by a stem; the prediction's rings come later."""
-        rim = self.scenario.cup.rim_height
+        """Add the markers, hidden: each with a twin in the rim plane, joined to it by a stem; the prediction's rings come later.
+
+        The lower one is where the cup has its foot: on the floor, or as high as its stand.
+        """
+        rim, foot = self.scenario.cup.rim_height, self.scenario.cup.base_height
         for name, color in (("predicted", PREDICTED), ("executed", EXECUTED)):
             path = f"{ROOT}/{name}"
-            self.meshcat.SetObject(f"{path}/stem", Cylinder(WIDTH / 2, rim), Rgba(*color))
-            self.meshcat.SetTransform(f"{path}/stem", translation([0, 0, rim / 2]))
+            self.meshcat.SetObject(f"{path}/stem", Cylinder(WIDTH / 2, rim - foot), Rgba(*color))
+            self.meshcat.SetTransform(f"{path}/stem", translation([0, 0, (rim + foot) / 2]))
             self.meshcat.SetTransform(f"{path}/rim", translation([0, 0, rim]))
+            self.meshcat.SetTransform(f"{path}/floor", translation([0, 0, foot]))
             self.meshcat.SetProperty(path, "visible", False)
         for height in ("floor", "rim"):
             dot = Cylinder(DOT_RADIUS, 2 * WIDTH)

@@ -20,7 +20,7 @@ from wam_cast.scenario import Scenario
 from wam_cast.storage.atomic import write_file
 from wam_cast.types import Array
 
-FORMAT = "wam_cast forward model 4"
+FORMAT = "wam_cast forward model 5"
 
 ARRAYS = ("training_casts", "training_outputs", "training_log_ratios")
 """What the archive holds beside its header: fields of `StoredModel`."""
@@ -71,6 +71,7 @@ class StoredModel(NamedTuple):
     reach: tuple[float, float]
     info: Fit
     uncertainty: ErrorFit
+    controller: str
 
 
 def write_model(path: str | Path, model: StoredModel) -> None:
@@ -82,6 +83,7 @@ def write_model(path: str | Path, model: StoredModel) -> None:
         "reach": model.reach,
         "info": asdict(model.info),
         "uncertainty": asdict(model.uncertainty),
+        "controller": model.controller,
     }
     content = io.BytesIO()
     np.savez_compressed(content, header=np.array(json.dumps(header)), **{name: getattr(model, name) for name in ARRAYS})
@@ -117,6 +119,7 @@ def read_model(path: str | Path) -> StoredModel:
         nearest, farthest = (float(radius) for radius in header["reach"])
         info = Fit(**header["info"] | {"sigma": tuple(float(sigma) for sigma in header["info"]["sigma"])})
         uncertainty = ErrorFit(**header["uncertainty"] | {"sigma": tuple(header["uncertainty"]["sigma"])})
+        controller = str(header["controller"])
     except OTHER_VALUES:
         raise _not_a_model(path) from None
     if [array.shape for array in arrays] != [(info.n_train, 3), (info.n_train, len(OUTPUTS)), (info.n_train,)]:
@@ -131,7 +134,7 @@ def read_model(path: str | Path) -> StoredModel:
             f"({fingerprint}, now {scenario.fingerprint}); fit it anew with: wam-cast fit"
         )
     casts, outputs, log_ratios = arrays
-    return StoredModel(scenario, casts, outputs, log_ratios, (nearest, farthest), info, uncertainty)
+    return StoredModel(scenario, casts, outputs, log_ratios, (nearest, farthest), info, uncertainty, controller)
 
 
 def _not_a_model(path: str | Path) -> InputError:

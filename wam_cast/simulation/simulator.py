@@ -168,15 +168,22 @@ class CastSimulator:
 
 
 @lru_cache(maxsize=4)
-def _shared_simulator(scenario: Scenario) -> CastSimulator:
-    """Return the simulator of `scenario` that this process keeps."""
-    return CastSimulator(scenario)
+def _shared_simulator(scenario: Scenario, make_controller: Callable[[Scenario], LeafSystem]) -> CastSimulator:
+    """Return the simulator of `scenario` with such a controller that this process keeps."""
+    return CastSimulator(scenario, make_controller=make_controller)
 
 
 _one_at_a_time = threading.RLock()  # whoever is told of an outcome may simulate something else
 
 
-def simulate_cast(scenario: Scenario, cast: Cast, cup: Position | None = None, *, noise_seed: int = 0) -> Outcome:
+def simulate_cast(
+    scenario: Scenario,
+    cast: Cast,
+    cup: Position | None = None,
+    *,
+    noise_seed: int = 0,
+    make_controller: Callable[[Scenario], LeafSystem] | None = None,
+) -> Outcome:
     """Simulate one cast, in a simulator that is kept for the next ones.
 
     Threads take turns, since Drake's Python systems are not made for several at once; use processes to go faster.
@@ -189,6 +196,8 @@ def simulate_cast(scenario: Scenario, cast: Cast, cup: Position | None = None, *
         World (x, y) [m] of a physical cup's axis; without one the simulation ends when the ball has crossed the rim plane.
     noise_seed
         Draws the scenario's noise: the same seed gives the same outcome. Without noise it is of no consequence.
+    make_controller
+        Makes a controller of your own from the scenario, as for `CastSimulator`; by default there is `.CastController`.
 
     Raises
     ------
@@ -197,7 +206,7 @@ def simulate_cast(scenario: Scenario, cast: Cast, cup: Position | None = None, *
         to the cast's bearing.
     """
     with _one_at_a_time:
-        return _shared_simulator(scenario).simulate(cast, cup, noise_seed=noise_seed)
+        return _shared_simulator(scenario, make_controller or CastController).simulate(cast, cup, noise_seed=noise_seed)
 
 
 def simulate_casts(
@@ -232,5 +241,5 @@ def simulate_casts(
         raise InputError(f"casts, cups: {len(casts)} casts for {len(cups)} cups; give each cast its cup")
     throws = [Throw(cast, cup) for cast, cup in zip(casts, cups, strict=True)]
     with _one_at_a_time:
-        simulator = _shared_simulator(scenario)
+        simulator = _shared_simulator(scenario, CastController)
         return simulator.simulate_sequence(throws, noise_seed=noise_seed, on_outcome=on_outcome)

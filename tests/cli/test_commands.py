@@ -163,6 +163,43 @@ def test_throw_executes_the_plan(cli):
     assert planned == {key: record[key] for key in planned}
 
 
+def test_a_given_cast_is_executed_without_a_model(cli, monkeypatch):
+    monkeypatch.setattr(model_choice, "scenario_and_model", None)  # not to be called
+    (one, other) = json.loads(
+        cli(
+            *("throw", "--cup", "0.75", "--cup", "0.5,0.5", "--cast", "0.3,0.6,0.1"),
+            *("--cast", "0.2,0.5,0,30", "--json"),
+        ).out
+    )
+    assert one["cast"] == {"distance": 0.3, "speed": 0.6, "wait": 0.1, "bearing": 0.0}
+    assert other["cast"]["bearing"] == pytest.approx(math.radians(30))
+    assert "predicted_landing" not in one
+    assert one["landing"] == list(wc.simulate_cast(wc.Scenario(), wc.Cast(0.3, 0.6, 0.1), (0.75, 0.0)).landing)
+    table = cli("throw", "--cup", "0.5,0.5", "--cast", "0.3,0.6,0.1")
+    assert table.code == 1
+    assert re.search(r"0\.5000, 0\.5000 \S+ - .* (short|long|side)", table.out)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--cast", "0.3,0.6"), "--cast '0.3,0.6' is no cast: give distance [m]"),
+        (("--cast", "0.3,0.6,0.1,0,5"), "is no cast"),
+        (
+            ("--cast", "0.3,-0.6,0.1"),
+            "--cast '0.3,-0.6,0.1': cast: distance = 0.3 m and speed = -0.6 m/s must be positive",
+        ),
+        (("--cast", "0.3,0.6,0.1", "--cast", "0.3,0.6,0.1"), "2 for 1 cups; give as many --cast as --cup"),
+        (("--cast", "0.3,0.6,0.1", "--train"), "leave --model, --train and --solver out"),
+    ],
+)
+def test_a_given_cast_that_is_none_is_refused(cli, words, message):
+    result = cli("throw", "--cup", "0.75", *words)
+    assert (result.code, result.out) == (2, "")
+    assert message in result.err
+    assert result.err.count("\n") == 1
+
+
 @pytest.mark.slow
 def test_negative_coordinates_need_no_quoting(cli):
     records = json.loads(cli("throw", "--cup", "-0.2,0.5", "--cup", "0.5,-0.3", "--json").out)

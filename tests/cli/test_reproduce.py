@@ -37,6 +37,7 @@ def test_a_full_run_does_not_go_on_with_a_quick_one(cli, run_of_seed_3):
     [
         ((), "missing option '--out'"),
         (("--out", "run", "--seed", "-1"), "--seed"),
+        (("--out", "run", "--workers", "0"), "--workers"),
         (("--out", "run", "--scenario", "none.yaml"), "scenario none.yaml: No such file or directory"),
     ],
 )
@@ -57,7 +58,7 @@ def test_a_folder_with_something_else_is_left_alone(cli, folder):
 
 @pytest.mark.slow
 def test_a_run_is_interrupted_goes_on_and_shows_what_it_found(start, process, folder):
-    began = start("reproduce", "--quick", "--out", "run")
+    began = start("reproduce", "--quick", "--out", "run", "--workers", "2")
     for _ in range(600):
         if list(folder.glob("run/phases/casts.json")):
             break
@@ -66,7 +67,7 @@ def test_a_run_is_interrupted_goes_on_and_shows_what_it_found(start, process, fo
     began.send_signal(signal.SIGINT)
     _, err = began.communicate(timeout=60)
     assert began.returncode == 130
-    assert "Go on with: wam-cast reproduce --seed 0 --out run --quick" in err
+    assert "Go on with: wam-cast reproduce --seed 0 --out run --workers 2 --quick" in err
     assert "Traceback" not in err
     assert "Exception in thread" not in err
 
@@ -86,3 +87,4 @@ def test_a_run_is_interrupted_goes_on_and_shows_what_it_found(start, process, fo
     assert again.code == 0
     assert again.err == "figures\n"
     assert "hit rate" in again.out
+    assert again.out.startswith("a quick run, with a tenth of a full run's data\n")

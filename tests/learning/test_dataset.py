@@ -209,7 +209,8 @@ def test_the_directory_reads_as_it_stands_and_says_what_it_is(no_physics, tmp_pa
     (versions,) = manifest.pop("versions")
     assert set(versions) == {"wam_cast", "python", "drake", "numpy"}
     assert manifest == {
-        "format": 2,
+        "format": 3,
+        "controller": "wam_cast.robot.controller.CastController",
         "fingerprint": SCENARIO.fingerprint,
         "seed": 0,
         "n_casts": 120,
@@ -220,10 +221,10 @@ def test_the_directory_reads_as_it_stands_and_says_what_it_is(no_physics, tmp_pa
 def test_a_dataset_of_another_format_is_refused_with_the_command_that_makes_it_anew(no_physics, tmp_path):
     generate(60, tmp_path)
     path = tmp_path / "manifest.json"
-    path.write_text(path.read_text().replace('"format": 2', '"format": 1'))
+    path.write_text(path.read_text().replace('"format": 3', '"format": 2'))
     command = "wam-cast generate --casts 60 --seed 0 --out DIR"
     for use in (lambda: CastDataset.load(tmp_path), lambda: generate(60, tmp_path)):
-        with pytest.raises(InputError, match=f"of format 1, this version reads 2.*{command}"):
+        with pytest.raises(InputError, match=f"of format 2, this version reads 3.*{command}"):
             use()
 
 
@@ -383,7 +384,7 @@ def test_an_unfinished_dataset_says_how_to_finish_it(no_physics, tmp_path):
     assert f"--casts 120 --seed 8 --scenario {tmp_path}/scenario.yaml --out {tmp_path}`" in str(error.value)
 
 
-@pytest.mark.parametrize("manifest", [None, "", "{}", "[1]", '{"format": 2}', "\0"])
+@pytest.mark.parametrize("manifest", [None, "", "{}", "[1]", '{"format": 3}', "\0"])
 def test_what_is_no_dataset_is_refused(tmp_path, manifest):
     if manifest is not None:
         (tmp_path / "manifest.json").write_text(manifest)

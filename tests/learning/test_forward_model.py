@@ -412,9 +412,9 @@ def test_what_is_not_a_model_is_refused(file, kind):
 
 
 def test_a_model_of_another_format_is_refused_with_both_named(file):
-    tampered(file, format="wam_cast forward model 3")
+    tampered(file, format="wam_cast forward model 4")
     line = refused(file)
-    assert "'wam_cast forward model 3'" in line
+    assert "'wam_cast forward model 4'" in line
     assert "'wam_cast forward model 5'" in line
     assert "wam-cast fit" in line
 

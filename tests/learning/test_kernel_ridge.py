@@ -1,3 +1,4 @@
+import inspect
 import pickle
 
 import numpy as np
@@ -388,3 +389,29 @@ def test_singular_kernel_is_not_passed_off_as_a_fit_by_rounding(X):
     X_twice = np.vstack([X, X[:1]])
     with pytest.raises(np.linalg.LinAlgError, match="singular to working precision"):
         KernelRidge(sigma=0.01, regularization=1e-15).fit(X_twice, smooth_targets(X_twice))
+
+
+@pytest.mark.parametrize("n_outputs", [None, 2])
+def test_standard_deviations_come_with_predictions_as_from_scikit_learn(n_outputs):
+    X = random_inputs(50, seed=1)
+    y = smooth_targets(X, n_outputs)
+    model = KernelRidge().fit(X, y)
+    mean, std = model.predict(X[:7], return_std=True)
+    np.testing.assert_array_equal(mean, model.predict(X[:7]))
+    np.testing.assert_array_equal(std, model.predict_std(X[:7]))
+    process = GaussianProcessRegressor().fit(X, y)
+    assert [one.shape for one in (mean, std)] == [one.shape for one in process.predict(X[:7], return_std=True)]
+
+
+def test_its_signature_can_be_read():
+    assert "sigma: 'float | ArrayLike' = 0.35" in str(inspect.signature(KernelRidge))
+
+
+def test_one_output_is_that_of_all():
+    X = random_inputs(50, seed=1)
+    y = smooth_targets(X, 2)
+    model = KernelRidge().fit(X, y)
+    values, gradient = model.linearize(X[:4])
+    one, slope = model.output(1).linearize(X[:4])
+    np.testing.assert_allclose(one, values[:, 1])
+    np.testing.assert_allclose(slope, gradient[:, 1])

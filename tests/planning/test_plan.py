@@ -90,6 +90,16 @@ def test_an_unknown_planner_is_refused_with_the_valid_names(make_model, method):
 
 
 @BOTH
+@pytest.mark.parametrize("share", [0.99, 1.01])
+def test_a_cast_that_the_model_does_not_know_is_not_feasible(make_model, method, share):
+    # Two standard deviations that reach just to the cup's inner radius, or just beyond it.
+    plan = plan_cast(make_model(std=share * Scenario().cup.inner_radius / 2), (0.7, 0.0), method)
+    assert plan.predicted_miss < 0.01
+    assert plan.is_feasible == (share < 1)
+    assert ("the model does not know casts like this: 95 % of them land within 30 mm" in plan.reason) == (share > 1)
+
+
+@BOTH
 @pytest.mark.parametrize("bearing", [-2.5, -1.0, 0.3, 1.7])
 def test_a_turned_cup_takes_the_same_cast_turned(curved_model, method, bearing):
     ahead = plan_cast(curved_model, (0.75, 0.0), method)

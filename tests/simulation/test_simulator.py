@@ -271,7 +271,8 @@ def test_a_cup_changes_nothing_that_is_told_of_the_contact_free_phase(simulator,
     for miss in (0.0, 0.025):
         radius = np.linalg.norm(free[cast].landing)
         outcome = simulator.simulate(cast, tuple(free[cast].landing * (1 + miss / radius)))
-        for name in ("landing", "crossing_time", "entry_velocity", "entry_angle", "is_slack", "slack"):
+        peaks = ("peak_torque_utilization", "peak_velocity_utilization")
+        for name in ("landing", "crossing_time", "entry_velocity", "entry_angle", "is_slack", "slack", *peaks):
             np.testing.assert_array_equal(getattr(outcome, name), getattr(free[cast], name), err_msg=name)
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
@@ -17,9 +17,9 @@ import typer
 
 import wam_cast as wc
 from wam_cast.cli import model_choice, options, results
-from wam_cast.cli.options import parse_cup
+from wam_cast.cli.options import parse_cast, parse_cup
 from wam_cast.cli.output_files import ThrowFiles, check_picture
-from wam_cast.cli.results import plan_record, print_json, throw_record
+from wam_cast.cli.results import Executed, plan_record, print_json, throw_record
 from wam_cast.cli.terminal import err, out, phase_progress, progress
 from wam_cast.errors import InputError
 from wam_cast.learning.failed_casts import describe_failed_casts, failed_casts
@@ -51,6 +51,14 @@ def throw(
     planner: options.Planner = "program",
     solver: options.Solver = None,
     train: options.Train = False,
+    cast: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="D,S,W[,B]",
+            help="Execute this cast instead of planning: distance [m], speed [m/s], wait [s], bearing [deg]; default of B: toward "
+            "the cup. Needs no model. One for each --cup.",
+        ),
+    ] = None,
     replay: Annotated[
         Path | None, typer.Option(metavar="FILE.html", help="Write a replay that opens in a browser.")
     ] = None,
@@ -72,28 +80,38 @@ def throw(
 ) -> None:
     """Plan a cast for each cup, execute them after each other in simulation, and report what became of the ball.
 
-    Between two cups the arm lifts the ball out of the first, lets it hang at rest and turns to the second.
+    Between two cups the arm lifts the ball out of the first, lets it hang at rest and turns to the second. With --cast nothing is
+    planned.
     """
     cups = [parse_cup(text) for text in cup]
     files = ThrowFiles(replay, picture, animation)
     files.check(len(cups))
-    setting, forward = model_choice.scenario_and_model(scenario, model, train)
-    plans = _plans(forward, cups, planner, solver)
+    plans: Sequence[wc.Plan | None] = [None] * len(cups)
+    if cast:
+        if model is not None or train or solver is not None:
+            raise InputError(
+                "--cast is executed as given: leave --model, --train and --solver out, which serve to plan one"
+            )
+        setting, throws = model_choice.load_scenario(scenario), _given_throws(cast, cups)
+    else:
+        setting, forward = model_choice.scenario_and_model(scenario, model, train)
+        made = _plans(forward, cups, planner, solver)
+        plans, throws = made, [wc.Throw(plan.cast, plan.cup) for plan in made]
     outcomes: list[wc.Outcome] = []
     try:
-        with progress("casting", len(plans)) as advance:
+        with progress("casting", len(throws)) as advance:
 
             def note(outcome: wc.Outcome) -> None:
                 outcomes.append(outcome)
                 advance(len(outcomes))
 
-            _execute(setting, plans, seed, files, note)
+            _execute(setting, throws, plans, seed, files, note)
     finally:
         # What was finished is told even if the rest is interrupted.
-        executed = list(zip(plans, outcomes, strict=False))
+        executed = [Executed(*one) for one in zip(throws, plans, outcomes, strict=False)]
         if executed and as_json:
-            records = [throw_record(*pair) for pair in executed]
-            print_json(records if len(plans) > 1 else records[0])
+            records = [throw_record(one) for one in executed]
+            print_json(records if len(throws) > 1 else records[0])
         elif executed:
             results.print_throws(executed)
     if not all(outcome.is_caught for outcome in outcomes):
@@ -181,15 +199,18 @@ def reproduce(
     seed: Annotated[int, typer.Option(min=0, help="Draws all that is random.")] = 0,
     quick: Annotated[bool, typer.Option("--quick", metavar="", help="With a tenth of the data.")] = False,
     scenario: options.Scenario = None,
+    workers: options.Workers = None,
     as_json: options.AsJson = False,
 ) -> None:
     """Run the paper's experiment and write its report; an interrupted run goes on when it is started again."""
     setting = model_choice.load_scenario(scenario)
     with phase_progress() as report:
         try:
-            findings = wc.reproduce(setting, directory, seed=seed, quick=quick, on_progress=report)
+            findings = wc.reproduce(setting, directory, seed=seed, quick=quick, n_workers=workers, on_progress=report)
         except KeyboardInterrupt:
-            command = model_choice.command_line("reproduce", seed=seed, out=directory, scenario=scenario, quick=quick)
+            command = model_choice.command_line(
+                "reproduce", seed=seed, out=directory, scenario=scenario, workers=workers, quick=quick
+            )
             err.print(f"what is finished is kept in {directory}. Go on with: {command}")
             raise
     if as_json:
@@ -294,15 +315,25 @@ def _plans(
     return plans
 
 
+def _given_throws(casts: list[str], cups: list[Position]) -> list[wc.Throw]:
+    if len(casts) != len(cups):
+        raise InputError(f"--cast: {len(casts)} for {len(cups)} cups; give as many --cast as --cup, in the same order")
+    return [wc.Throw(parse_cast(text, cup), cup) for text, cup in zip(casts, cups, strict=True)]
+
+
 def _execute(
-    scenario: wc.Scenario, plans: list[wc.Plan], seed: int, files: ThrowFiles, on_outcome: Callable[[wc.Outcome], None]
+    scenario: wc.Scenario,
+    throws: list[wc.Throw],
+    plans: Sequence[wc.Plan | None],
+    seed: int,
+    files: ThrowFiles,
+    on_outcome: Callable[[wc.Outcome], None],
 ) -> None:
-    """Execute plans after each other; if it is to be shown, to the end of the last return, and write what is wanted."""
+    """Execute casts after each other; if it is to be shown, to the end of the last return, and write what is wanted."""
     if any(files):
-        throws = [wc.Throw(plan.cast, plan.cup) for plan in plans]
         simulator = wc.CastSimulator(scenario)
         recordings = simulator.record_sequence(throws, noise_seed=seed, on_outcome=on_outcome)
-        files.write(recordings, plans)
+        files.write(recordings, [None if plan is None else plan.predicted_landing for plan in plans])
     else:
-        casts, cups = [plan.cast for plan in plans], [plan.cup for plan in plans]
+        casts, cups = [throw.cast for throw in throws], [throw.cup for throw in throws]
         wc.simulate_casts(scenario, casts, cups, noise_seed=seed, on_outcome=on_outcome)

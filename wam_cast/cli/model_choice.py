@@ -10,6 +10,7 @@ from typing import Any
 
 import wam_cast as wc
 from wam_cast.cli.terminal import err, progress
+from wam_cast.controller_name import DEFAULT_CONTROLLER
 from wam_cast.errors import InputError
 from wam_cast.learning.failed_casts import describe_failed_casts
 from wam_cast.storage.atomic import check_writable
@@ -43,16 +44,16 @@ def scenario_and_model(path: Path | None, model_path: Path | None, train: bool) 
 def find(path: Path | None, model_path: Path | None) -> tuple[wc.Scenario, wc.ForwardModel | None]:
     """Return what to cast in and its model: the one named, the shipped one if it fits, the scenario's own, or none.
 
-    The scenario's own lies beside its file.
+    The scenario's own lies beside its file. A model of another controller's casts is refused: the command line has one controller.
     """
     if model_path is not None:
-        model = wc.ForwardModel.load(model_path, None if path is None else load_scenario(path))
+        model = wc.ForwardModel.load(model_path, None if path is None else load_scenario(path), DEFAULT_CONTROLLER)
         return model.scenario, model
     scenario, reference = load_scenario(path), wc.reference_model()
     if path is None or reference.serves(scenario):
         return scenario, reference.bound_to(scenario)
     own, _ = _own_files(path, scenario)
-    return scenario, wc.ForwardModel.load(own, scenario) if own.exists() else None
+    return scenario, wc.ForwardModel.load(own, scenario, DEFAULT_CONTROLLER) if own.exists() else None
 
 
 def how_to_make(path: Path, scenario: wc.Scenario) -> str:

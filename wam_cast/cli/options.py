@@ -8,6 +8,8 @@ from typing import Annotated, Literal
 
 import typer
 
+from wam_cast.cast import Cast
+from wam_cast.casting_plane import to_polar
 from wam_cast.errors import InputError
 from wam_cast.types import Position
 
@@ -29,6 +31,23 @@ Workers = Annotated[int | None, typer.Option(min=1, help="Number of processes; d
 # Their values stand in `planning.plan` too, which loads Drake: `--help` does without.
 Planner = Annotated[Literal["program", "gradient"], typer.Option(help="`gradient` is the paper's.")]
 Solver = Annotated[Literal["snopt", "ipopt", "nlopt"] | None, typer.Option(help="Of the program; default: snopt.")]
+
+
+def parse_cast(text: str, cup: Position) -> Cast:
+    """Return the cast `D,S,W[,B]`, B in degrees, by default toward the cup. Raises `.InputError`."""
+    numbers = text.split(",")
+    toward_cup = str(math.degrees(to_polar(cup)[1]))
+    try:
+        distance, speed, wait, bearing = map(float, [*numbers, toward_cup] if len(numbers) == 3 else numbers)
+    except ValueError:
+        raise InputError(
+            f"--cast {text!r} is no cast: give distance [m], speed [m/s], wait [s] and, if it is not toward the cup, the bearing "
+            "[deg], such as --cast 0.30,0.60,0.10 or --cast 0.30,0.60,0.10,45"
+        ) from None
+    try:
+        return Cast(distance, speed, wait, math.radians(bearing))
+    except InputError as error:
+        raise InputError(f"--cast {text!r}: {error}") from None
 
 
 def parse_cup(text: str) -> Position:

@@ -10,6 +10,7 @@ import wam_cast as wc
 from wam_cast.cli.terminal import err
 from wam_cast.errors import InputError
 from wam_cast.storage.atomic import check_writable
+from wam_cast.types import Array
 
 
 def check_picture(path: Path) -> None:
@@ -43,17 +44,17 @@ class ThrowFiles(NamedTuple):
 
             check_animation(self.animation)
 
-    def write(self, recordings: Sequence[wc.CastRecording], plans: Sequence[wc.Plan]) -> None:
-        """Write what is wanted of casts that were executed as planned, and say where."""
+    def write(self, recordings: Sequence[wc.CastRecording], landings: Sequence[Array | None]) -> None:
+        """Write what is wanted of executed casts, whose predicted `landings` are marked where there are any, and say where."""
         from wam_cast.visualization.film import write_animation
         from wam_cast.visualization.film_strip import write_picture
         from wam_cast.visualization.replay import write_replay
 
         if self.replay:
-            write_replay(recordings, self.replay, [plan.predicted_landing for plan in plans])
+            write_replay(recordings, self.replay, landings)
             err.print(f"replay: {self.replay}")
         if self.picture:
-            write_picture(recordings[0], self.picture, plans[0].predicted_landing)
+            write_picture(recordings[0], self.picture, landings[0])
             err.print(f"picture: {self.picture}")
         if self.animation:
             write_animation(recordings[0], self.animation)

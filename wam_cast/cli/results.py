@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rich.table import Table
 
@@ -52,10 +52,19 @@ def plan_record(plan: wc.Plan) -> Record:
     }
 
 
-def throw_record(plan: wc.Plan, outcome: wc.Outcome) -> Record:
-    """Return what `throw --json` prints of a plan and its execution."""
+class Executed(NamedTuple):
+    """A cast for a cup, its plan unless it was given, and what became of it."""
+
+    throw: wc.Throw
+    plan: wc.Plan | None
+    outcome: wc.Outcome
+
+
+def throw_record(executed: Executed) -> Record:
+    """Return what `throw --json` prints of a cast: what was planned, if it was, and what became of it."""
+    throw, plan, outcome = executed
     return {
-        **plan_record(plan),
+        **({"cup": throw.cup, "cast": asdict(throw.cast)} if plan is None else plan_record(plan)),
         "landing": outcome.landing.tolist(),
         "miss": outcome.miss,
         "status": outcome.status.value,
@@ -93,20 +102,23 @@ def print_plans(plans: Sequence[wc.Plan]) -> None:
         _print_infeasible(plan)
 
 
-def print_throws(executed: Sequence[tuple[wc.Plan, wc.Outcome]]) -> None:
+def print_throws(executed: Sequence[Executed]) -> None:
     """Print a row for each cup."""
     table = _table("cup\n[m]", "predicted\n[m]", "executed\n[m]", "miss\n[mm]", "status")
-    for plan, outcome in executed:
+    for throw, plan, outcome in executed:
+        predicted = "-" if plan is None else _position(plan.predicted_landing)
         landing, miss = _position(outcome.landing), f"{1e3 * outcome.miss:.1f}"
         if not math.isfinite(outcome.miss):
             landing = miss = "-"
-        table.add_row(_position(plan.cup), _position(plan.predicted_landing), landing, miss, outcome.status.value)
+        table.add_row(_position(throw.cup), predicted, landing, miss, outcome.status.value)
     out.print(table)
-    for i, (plan, outcome) in enumerate(executed, 1):
-        cup, clear = f"cup {_position(plan.cup)}", plan.rim_clear_probability
-        _print_infeasible(plan)
-        if plan.is_feasible and clear < LOW_RIM_CLEAR_PROBABILITY:
-            out.print(f"{cup}: enters without touching the rim in {100 * clear:.0f} % of casts like this")
+    for i, (throw, plan, outcome) in enumerate(executed, 1):
+        cup = f"cup {_position(throw.cup)}"
+        if plan is not None:
+            _print_infeasible(plan)
+        if plan is not None and plan.is_feasible and plan.rim_clear_probability < LOW_RIM_CLEAR_PROBABILITY:
+            clear = 100 * plan.rim_clear_probability
+            out.print(f"{cup}: enters without touching the rim in {clear:.0f} % of casts like this")
         if not outcome.is_caught and i < len(executed):
             out.print(f"{cup}: missed; the next cast starts anew, from rest at home")
         if outcome.limits_hit:
@@ -137,6 +149,8 @@ def print_findings(findings: Findings, directory: Path) -> None:
     rmse, predicted, executed = here["test_rmse_m"], here["predicted_miss_m"]["mean"], here["executed_miss_m"]["mean"]
     n_cups, (low, high) = here["n_cups"], here["hit_interval"]
     caught = f"{round(here['hit_rate'] * n_cups)} of {n_cups} ({low:.0%} to {high:.0%})"
+    if findings.settings.is_quick:
+        out.print("a quick run, with a tenth of a full run's data")
     table = _table("", "paper", "here")
     for row in (
         (

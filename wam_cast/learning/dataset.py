@@ -18,6 +18,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from wam_cast.cast import Cast
+from wam_cast.controller_name import DEFAULT_CONTROLLER, controller_name
 from wam_cast.errors import InputError, checked_integer
 from wam_cast.learning.sampling import row_noise_seed, sample_cast
 from wam_cast.parallel.workers import Workers, run_rows
@@ -53,15 +54,19 @@ class CastDataset:
         - `status`: a value of `.Status`, such as "landed"
         - `crossing_time` [s], `entry_speed` [m/s], `entry_angle` [rad], `is_slack`: how it crossed
         - `slack` [m]: of the string, the least from the landing until the whole ball was below the rim plane
-        - `peak_torque_utilization`, `peak_velocity_utilization`: the largest over the joints, relative to their limits
+        - `peak_torque_utilization`, `peak_velocity_utilization`: the largest over the joints up to the landing, relative to their
+          limits
         - `peak_tracking_error` [m]: of the hand
 
         Casts that failed are rows too: what they have no value for is nan.
+    controller
+        Name of what made the controller, see `.controller_name`.
     """
 
     scenario: Scenario
     seed: int
     frame: pd.DataFrame
+    controller: str = DEFAULT_CONTROLLER
 
     def __len__(self) -> int:
         return len(self.frame)
@@ -93,7 +98,7 @@ class CastDataset:
                 f"dataset {directory}: only {n_kept} of its {manifest.n_casts} casts are there; finish it with `wam-cast "
                 f"generate --casts {manifest.n_casts} --seed {manifest.seed} --scenario {store.scenario_path} --out {directory}`"
             )
-        return cls(scenario, manifest.seed, pa.concat_tables(tables).to_pandas())
+        return cls(scenario, manifest.seed, pa.concat_tables(tables).to_pandas(), manifest.controller)
 
     def split(self) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
         """Return the row numbers to train, to validate and to test with.
@@ -121,6 +126,7 @@ def generate_dataset(
     n_casts: int = 1700,
     seed: int = 0,
     *,
+    make_controller: Callable[[Scenario], Any] | None = None,
     executor: Executor | Workers | None = None,
     n_workers: int | None = None,
     directory: str | Path | None = None,
@@ -135,6 +141,9 @@ def generate_dataset(
     ----------
     scenario, n_casts, seed
         What is cast, how often, and which casts are drawn.
+    make_controller
+        Makes a controller of your own from the scenario, as for `.CastSimulator`: a class or a function at the top level of a
+        module that worker processes can import. The dataset keeps its name, and a directory takes no other's casts.
     executor
         Runs the simulations: a Dask cluster's `Client.get_executor()`, `MPIPoolExecutor`, or any other. Threads gain nothing:
         they take turns. By default processes on this machine, or `.Workers` that are kept for more; then a cast that brings
@@ -150,8 +159,8 @@ def generate_dataset(
     Raises
     ------
     InputError
-        If a number is no integer or out of range, the directory holds something else or cannot be written, or the scenario cannot
-        be simulated.
+        If a number is no integer or out of range, workers could not import the controller, the directory holds something else or
+        cannot be written, or the scenario cannot be simulated.
     KeyboardInterrupt
         As always; finished parts stay.
     """
@@ -160,14 +169,17 @@ def generate_dataset(
         checked_integer("n_workers", n_workers, 1)
         if executor is not None:
             raise InputError(f"n_workers = {n_workers}: an executor brings its own workers; leave one of the two out")
+    controller, simulate = controller_name(make_controller), partial(simulate_row, scenario, seed)
+    if make_controller is not None:
+        simulate = partial(simulate, make_controller=make_controller)
     parts = part_rows(n_casts)
     tables: list[pa.Table | None] = [None] * len(parts)
     store = None if directory is None else DatasetDirectory(directory)
     if store is not None:
-        store.open(scenario, seed, n_casts)
+        store.open(scenario, seed, n_casts, controller)
         tables = store.read_parts(n_casts)
     todo = [row for rows, table in zip(parts, tables, strict=True) if table is None for row in rows]
-    with closing(run_rows(partial(simulate_row, scenario, seed), todo, executor, n_workers)) as simulated:
+    with closing(run_rows(simulate, todo, executor, n_workers)) as simulated:
         casts = (
             _lost_row(scenario, seed, row) if columns is None else columns
             for row, columns in zip(todo, simulated, strict=True)
@@ -178,16 +190,18 @@ def generate_dataset(
                 tables[part] = table = pa.Table.from_pylist(list(islice(counted, len(rows))), SCHEMA)
                 if store is not None:
                     store.write_part(part, table)
-    return CastDataset(scenario, seed, pa.concat_tables(tables).to_pandas())
+    return CastDataset(scenario, seed, pa.concat_tables(tables).to_pandas(), controller)
 
 
-def simulate_row(scenario: Scenario, seed: int, row: int) -> Row:
+def simulate_row(
+    scenario: Scenario, seed: int, row: int, *, make_controller: Callable[[Scenario], Any] | None = None
+) -> Row:
     """Simulate one row of a dataset and return its columns; what workers run."""
     # Only who simulates needs Drake; loading a dataset does without.
     from wam_cast.simulation.simulator import simulate_cast
 
     cast = sample_cast(scenario, seed, row)
-    outcome = simulate_cast(scenario, cast, noise_seed=row_noise_seed(seed, row))
+    outcome = simulate_cast(scenario, cast, noise_seed=row_noise_seed(seed, row), make_controller=make_controller)
     return _cast_columns(row, cast) | {
         "landing_along": outcome.landing_along,
         "landing_across": outcome.landing_across,

@@ -11,16 +11,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from wam_cast.cast import cast_bounds
+from wam_cast.controller_name import DEFAULT_CONTROLLER
 from wam_cast.deprecation import renamed
 from wam_cast.errors import InputError
+from wam_cast.learning.any_regressor import AnyRegressor, Regressor
 from wam_cast.learning.hyperparameters import TuningResult, tune_by_lbfgs
 from wam_cast.learning.kernel_ridge import KernelRidge
 from wam_cast.learning.losses import LeaveOneOutLoss
 from wam_cast.learning.model_file import Fit, StoredModel, read_model, write_model
 from wam_cast.learning.parts import Part, Parts, split_casts
-from wam_cast.learning.uncertainty import LandingUncertainty
+from wam_cast.learning.uncertainty import ConstantUncertainty, LandingUncertainty, held_out_scale
 from wam_cast.parallel.threads import one_thread
-from wam_cast.planning.prediction import Linearization
+from wam_cast.planning.prediction import ALONG, Linearization
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array
 
@@ -54,16 +56,19 @@ class ForwardModel:
         A `.Fit`: how it was made.
     uncertainty
         The predictive standard deviation of the landing.
+    controller
+        Name of what made the controller of the casts that it learned from, see `.controller_name`.
     """
 
     def __init__(
         self,
         scenario: Scenario,
-        estimator: KernelRidge,
-        uncertainty: LandingUncertainty,
+        estimator: KernelRidge | AnyRegressor,
+        uncertainty: LandingUncertainty | ConstantUncertainty,
         training_outputs: Array,
         training_is_clean: NDArray[np.bool_],
         info: Fit,
+        controller: str = DEFAULT_CONTROLLER,
     ) -> None:
         self.scenario = scenario
         self.training_casts: Array = estimator.X_fit_
@@ -72,32 +77,41 @@ class ForwardModel:
         self.reach = self._reach(scenario)
         self.info = info
         self.uncertainty = uncertainty
+        self.controller = controller
         self._estimator = estimator
-        # The same without its other outputs, which what asks for the landing alone need not compute.
-        self._landing_estimator = copy(estimator)
-        self._landing_estimator.dual_coef_ = estimator.dual_coef_[:, 0].copy()
-        self._landing_estimator.target_mean_ = estimator.target_mean_[0]
+        self._landing_estimator = estimator.output(ALONG)
 
     known_casts = renamed("known_casts", "training_casts")
     known_outputs = renamed("known_outputs", "training_outputs")
     expand = renamed("expand", "linearize")
 
     @classmethod
-    def fit(cls, data: CastDataset) -> Self:
+    def fit(cls, data: CastDataset, estimator: Regressor | None = None) -> Self:
         """Fit to a dataset, split by index into training, validation and test casts as 1300 : 300 : 100.
 
         The ARD length scales and the regularization are those of least leave-one-out error over the training casts;
         validation and test casts only measure the result. What is judged is the landing along the casting plane: across it,
         casts without noise land less than a tenth of a millimetre off, which carries no information.
 
+        An `estimator` of your own takes the place of this one: any regressor of scikit-learn's kind, for inputs of shape (n, 3)
+        in SI units and targets of shape (n, 7); a clone of it is fitted. Its derivatives are taken by central differences of 1 % of
+        the bounds to either side. Its predictive standard deviation is the same for all casts: that of which two hold 95 % of the
+        validation casts. Such a model cannot be saved. Of a `.KernelRidge` sigma and lambda are taken as they are, the inputs
+        are scaled by the scenario's bounds, and all else is as without it.
+
         Raises
         ------
         InputError
-            If too few of the dataset's casts came down to the rim plane, or none reaches a cup.
+            If too few of the dataset's casts came down to the rim plane, none reaches a cup, or the estimator cannot be fitted to
+            several outputs.
         """
         parts = split_casts(data)
-        tuned = tune_model(data.scenario, parts.train)
-        return cls._fit_parts(data, parts, tuned.sigma, tuned.regularization, opens_test=True)
+        if estimator is None:
+            tuned = tune_model(data.scenario, parts.train)
+            return cls._fit_parts(data, parts, tuned.sigma, tuned.regularization, opens_test=True)
+        if isinstance(estimator, KernelRidge):
+            return cls._fit_parts(data, parts, estimator.sigma, estimator.regularization, opens_test=True)
+        return cls._fit_any(data, parts, estimator)
 
     @classmethod
     def from_hyperparameters(cls, data: CastDataset, sigma: ArrayLike, regularization: float) -> Self:
@@ -119,25 +133,36 @@ class ForwardModel:
             leave_one_out = estimator.leave_one_out_residuals()[:, 0]
             uncertainty = LandingUncertainty.learn(estimator, validation.X, validation.landing)
 
-        def rmse(part: Part) -> float:
-            return _rmse(estimator.predict(part.X)[:, 0] - part.landing)
-
         info = Fit(
-            seed=data.seed,
-            n_train=len(train.X),
-            n_validation=len(validation.X),
-            n_test=parts.n_test,
+            **_counts(data, parts),
             sigma=(distance, speed, wait),
             regularization=regularization,
             leave_one_out_rmse=_rmse(leave_one_out),
-            validation_rmse=rmse(validation),
-            test_rmse=rmse(parts.open_test()) if opens_test else math.nan,
+            validation_rmse=_landing_rmse(estimator, validation),
+            test_rmse=_landing_rmse(estimator, parts.open_test()) if opens_test else math.nan,
         )
-        return cls(data.scenario, estimator, uncertainty, train.y, train.is_clean, info)
+        return cls(data.scenario, estimator, uncertainty, train.y, train.is_clean, info, data.controller)
+
+    @classmethod
+    def _fit_any(cls, data: CastDataset, parts: Parts, regressor: Regressor) -> Self:
+        """Fit a regressor of another kind than kernel ridge regression."""
+        train, validation = parts.train, parts.validation
+        estimator = AnyRegressor(regressor, cast_bounds(data.scenario)).fit(train.X, train.y)
+        errors = estimator.predict(validation.X)[:, ALONG] - validation.landing
+        info = Fit(
+            **_counts(data, parts),
+            sigma=(math.nan,) * 3,
+            regularization=math.nan,
+            leave_one_out_rmse=math.nan,
+            validation_rmse=_rmse(errors),
+            test_rmse=_landing_rmse(estimator, parts.open_test()),
+        )
+        uncertainty = ConstantUncertainty(held_out_scale(errors))
+        return cls(data.scenario, estimator, uncertainty, train.y, train.is_clean, info, data.controller)
 
     def landing_rmse(self, part: Part) -> float:
         """Return the root mean squared error of the predicted landing along the casting plane [m]."""
-        return _rmse(self.predict(part.X)[:, 0] - part.landing)
+        return _landing_rmse(self._estimator, part)
 
     def predict(self, casts: Array) -> Array:
         """Predict the `.OUTPUTS` of casts `[distance, speed, wait]`, shape (n, 3): landing along first. Shape (n, 7)."""
@@ -159,15 +184,20 @@ class ForwardModel:
         """
         return self.scenario.fingerprint in (scenario.fingerprint, scenario.without_noise.fingerprint)
 
-    def bound_to(self, scenario: Scenario) -> Self:
-        """Return the same model for plans in `scenario`, whose cup and noise count.
+    def bound_to(self, scenario: Scenario, controller: str | None = None) -> Self:
+        """Return the same model for plans in `scenario`, whose cup and noise count, to be executed by a controller of that name.
 
-        Raises `.InputError` if it does not serve, or if no such cup can be reached.
+        By default that is the one that it learned from. Raises `.InputError` if it does not serve, or no such cup can be reached.
         """
         if not self.serves(scenario):
             raise InputError(
                 f"made for another scenario ({self.scenario.fingerprint}, not {scenario.fingerprint}); "
                 "name a model of this scenario, or make one with: wam-cast generate, then wam-cast fit"
+            )
+        if controller not in (None, self.controller):
+            raise InputError(
+                f"made from casts of another controller ({self.controller}, not {controller}); "
+                "name a model of this controller's casts, or fit one to a dataset that was generated with it"
             )
         bound = copy(self)
         bound.scenario = scenario
@@ -175,19 +205,29 @@ class ForwardModel:
         return bound
 
     def save(self, path: str | Path) -> None:
-        """Write the model to one file. Raises `.InputError` if that cannot be done; then nothing is left behind."""
+        """Write the model to one file. Raises `.InputError` if that cannot be done; then nothing is left behind.
+
+        Only kernel ridge regression can be saved: a file of another regressor would be a pickle, which runs whatever is in it.
+        """
         trained, learned = (self.training_casts, self.training_outputs, self.training_is_clean), self.uncertainty
-        stored = StoredModel(self.scenario, *trained, learned.log_ratios, self.info, learned.fit)
+        if not isinstance(learned, LandingUncertainty):
+            raise InputError(
+                f"model {path}: only a model by kernel ridge regression is saved, not one with an estimator of your own; "
+                "keep the dataset, and fit the estimator to it again"
+            )
+        stored = StoredModel(self.scenario, *trained, learned.log_ratios, self.info, learned.fit, self.controller)
         write_model(path, stored)
 
     @classmethod
-    def load(cls, path: str | Path, scenario: Scenario | None = None) -> Self:
-        """Read a model that `save` wrote, to use it with `scenario`; by default with the one that it was made for.
+    def load(cls, path: str | Path, scenario: Scenario | None = None, controller: str | None = None) -> Self:
+        """Read a model that `save` wrote, to use it with `scenario` and a `controller` of that name, see `.controller_name`.
+
+        By default they are those that it was made for.
 
         Raises
         ------
         InputError
-            If the file cannot be read, is not a model, or was made for casts that differ from the scenario's.
+            If the file cannot be read, is not a model, or was made for casts that differ from the scenario's or the controller's.
         """
         stored = read_model(path)
         estimator = _estimator(stored.scenario, stored.info.sigma, stored.info.regularization)
@@ -196,8 +236,8 @@ class ForwardModel:
             uncertainty = LandingUncertainty(estimator, stored.training_log_ratios, stored.uncertainty)
         outputs, is_clean = stored.training_outputs, stored.training_is_clean
         try:
-            model = cls(stored.scenario, estimator, uncertainty, outputs, is_clean, stored.info)
-            return model if scenario is None else model.bound_to(scenario)
+            model = cls(stored.scenario, estimator, uncertainty, outputs, is_clean, stored.info, stored.controller)
+            return model.bound_to(stored.scenario if scenario is None else scenario, controller)
         except InputError as error:
             raise InputError(f"model {path}: {error}") from None
 
@@ -230,6 +270,16 @@ def tune_model(scenario: Scenario, train: Part) -> TuningResult:
 
 def _estimator(scenario: Scenario, sigma: tuple[float, ...], regularization: float) -> KernelRidge:
     return KernelRidge(sigma=sigma, regularization=regularization, input_bounds=cast_bounds(scenario))
+
+
+def _counts(data: CastDataset, parts: Parts) -> dict[str, int]:
+    """Return what `Fit` says of the dataset."""
+    n_train, n_validation = len(parts.train.X), len(parts.validation.X)
+    return {"seed": data.seed, "n_train": n_train, "n_validation": n_validation, "n_test": parts.n_test}
+
+
+def _landing_rmse(estimator: KernelRidge | AnyRegressor, part: Part) -> float:
+    return _rmse(estimator.predict(part.X)[:, ALONG] - part.landing)
 
 
 def _rmse(residuals: Array) -> float:

@@ -6,8 +6,11 @@ inside the estimator, the paper's kernel width, ARD length scales, the analytic 
 and leave-one-out residuals without refits.
 """
 
+from __future__ import annotations
+
 import warnings
-from typing import Self
+from copy import copy
+from typing import Literal, Self, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -115,8 +118,17 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         self.dual_coef_: Array = cho_solve((self.cholesky_, True), y_fit - self.target_mean_)
         return self
 
-    def predict(self, X: ArrayLike) -> Array:
+    @overload
+    def predict(self, X: ArrayLike, return_std: Literal[False] = False) -> Array: ...
+    @overload
+    def predict(self, X: ArrayLike, return_std: Literal[True]) -> tuple[Array, Array]: ...
+    @overload
+    def predict(self, X: ArrayLike, return_std: bool) -> Array | tuple[Array, Array]: ...
+    def predict(self, X: ArrayLike, return_std: bool = False) -> Array | tuple[Array, Array]:
         """Predict the targets at inputs X, shape (n, n_features); shape (n,) or (n, n_outputs), 1-D if the training targets were.
+
+        With `return_std`, as from `sklearn.gaussian_process.GaussianProcessRegressor`, it is a pair: the predictions, and their
+        standard deviations of the same shape, those of `predict_std`.
 
         Raises
         ------
@@ -127,7 +139,7 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         """
         K = gaussian_kernel(self._scale(self._validate(X)), self._scale(self.X_fit_))
         prediction: Array = K @ self.dual_coef_ + self.target_mean_
-        return prediction
+        return (prediction, self.predict_std(X)) if return_std else prediction
 
     expand = renamed("expand", "linearize")
     predict_with_gradient = renamed("predict_with_gradient", "linearize")
@@ -163,6 +175,12 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         shape = (len(rows), *self.dual_coef_.shape[1:])
         prediction = weights.sum(axis=2).reshape(shape) + self.target_mean_
         return prediction, gradient.reshape(*shape, n_features)
+
+    def output(self, index: int) -> Self:
+        """Return the same estimator for one of its outputs, of several: what asks for that alone need not compute the others."""
+        one = copy(self)
+        one.dual_coef_, one.target_mean_ = self.dual_coef_[:, index].copy(), self.target_mean_[index]
+        return one
 
     def predict_std(self, X: ArrayLike) -> Array:
         """Estimate the standard deviation of new targets about their predictions; arguments, shapes and errors as for `predict`.

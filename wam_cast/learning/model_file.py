@@ -72,6 +72,7 @@ class StoredModel(NamedTuple):
     """What the uncertainty's correction is fitted to, shape (n_train,)."""
     info: Fit
     uncertainty: ErrorFit
+    controller: str
 
 
 def write_model(path: str | Path, model: StoredModel) -> None:
@@ -82,6 +83,7 @@ def write_model(path: str | Path, model: StoredModel) -> None:
         "scenario": model.scenario.model_dump(mode="json"),
         "info": asdict(model.info),
         "uncertainty": asdict(model.uncertainty),
+        "controller": model.controller,
     }
     content = io.BytesIO()
     np.savez_compressed(content, header=np.array(json.dumps(header)), **{name: getattr(model, name) for name in ARRAYS})
@@ -116,6 +118,7 @@ def read_model(path: str | Path) -> StoredModel:
         values, fingerprint = header["scenario"], str(header["fingerprint"])
         info = Fit(**header["info"] | {"sigma": tuple(float(sigma) for sigma in header["info"]["sigma"])})
         uncertainty = ErrorFit(**header["uncertainty"] | {"sigma": tuple(header["uncertainty"]["sigma"])})
+        controller = str(header["controller"])
     except OTHER_VALUES:
         raise _not_a_model(path) from None
     n = info.n_train
@@ -131,7 +134,7 @@ def read_model(path: str | Path) -> StoredModel:
             f"({fingerprint}, now {scenario.fingerprint}); fit it anew with: wam-cast fit"
         )
     casts, outputs, is_clean, log_ratios = arrays
-    return StoredModel(scenario, casts, outputs, is_clean != 0, log_ratios, info, uncertainty)
+    return StoredModel(scenario, casts, outputs, is_clean != 0, log_ratios, info, uncertainty, controller)
 
 
 def _not_a_model(path: str | Path) -> InputError:

@@ -7,9 +7,11 @@ that are as dense. Leave-one-out shows these errors, since it predicts each trai
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import stdtrit
 
 from wam_cast.learning.hyperparameters import tune_by_lbfgs
 from wam_cast.learning.kernel_ridge import KernelRidge, gaussian_kernel
@@ -17,12 +19,15 @@ from wam_cast.learning.losses import LeaveOneOutLoss
 from wam_cast.parallel.threads import one_thread
 from wam_cast.types import Array
 
-TUNING_ROWS = 500
+TUNING_ROWS = 1000
 """At least so many training casts, and less than twice as many, choose the correction's sigma and lambda: each evaluation costs
 their number cubed."""
 
 CORRECTION_START_SIGMA = 0.2
-"""Where that search starts, in units of the bounds."""
+"""Where that search starts, in units of the bounds: one for all parameters, since errors are too noisy to tell three apart."""
+
+COVERAGE = 0.95
+"""Share of the held-out casts that two standard deviations hold."""
 
 LEAST_RATIO = 1e-3
 """Of an error to the posterior's prediction of it, below which all are alike: its logarithm has no lower end."""
@@ -40,7 +45,7 @@ class ErrorFit:
     sigma, regularization
         Of the correction's kernel: ARD length scales and lambda.
     scale
-        By which the errors of held-out casts are larger than predicted without it.
+        By which the errors of held-out casts are larger than predicted without it; see `held_out_scale`.
     """
 
     sigma: tuple[float, ...]
@@ -57,9 +62,9 @@ class LandingUncertainty:
 
     The posterior is that of a Gaussian process with the model's kernel (Rasmussen and Williams, Gaussian Processes for Machine
     Learning, Eq. 2.26). g is a kernel ridge regression of its own, of the logarithm of the ratio of each training cast's
-    leave-one-out error to the posterior without that cast (their section 5.4.2). `scale` makes the errors of held-out casts as
-    large as predicted in the mean square. The first output of the fitted `estimator` is the landing; g is fitted to `log_ratios`,
-    shape (n_train,); `fit` is what `learn` found.
+    leave-one-out error to the posterior without that cast (their section 5.4.2). `scale` makes two standard deviations hold 95 %
+    of held-out casts: errors have long tails, so that their mean square says little of that. The first output of the
+    fitted `estimator` is the landing; g is fitted to `log_ratios`, shape (n_train,); `fit` is what `learn` found.
     """
 
     def __init__(self, estimator: KernelRidge, log_ratios: Array, fit: ErrorFit) -> None:
@@ -82,11 +87,11 @@ class LandingUncertainty:
         log_ratios = np.log(ratios / unit + LEAST_RATIO) + np.log(unit)
         rows = slice(None, None, max(1, len(log_ratios) // TUNING_ROWS))
         loss = LeaveOneOutLoss(estimator.X_fit_[rows], log_ratios[rows], input_bounds=estimator.input_bounds)
-        tuned = tune_by_lbfgs(loss, sigma0=[CORRECTION_START_SIGMA] * X.shape[1])
-        sigma = tuple(float(one) for one in np.broadcast_to(tuned.sigma, X.shape[1]))
+        tuned = tune_by_lbfgs(loss, sigma0=CORRECTION_START_SIGMA)
+        sigma = (float(tuned.sigma),) * X.shape[1]
         uncertainty = cls(estimator, log_ratios, ErrorFit(sigma, float(tuned.regularization), scale=1.0))
         normalized = (estimator.predict(X)[:, 0] - landing) / uncertainty.std(X)
-        uncertainty.fit = replace(uncertainty.fit, scale=float(np.sqrt(np.mean(normalized**2))))
+        uncertainty.fit = replace(uncertainty.fit, scale=held_out_scale(normalized))
         return uncertainty
 
     def std(self, X: Array) -> Array:
@@ -107,6 +112,35 @@ class LandingUncertainty:
         log_ratio, log_slope = self._correction.linearize(x[np.newaxis])
         std = self.fit.scale * float(np.exp(log_ratio[0])) * variance**0.5
         return std, std * (log_slope[0] + slope / (2 * variance))
+
+
+class ConstantUncertainty:
+    """A predictive standard deviation that is the same for all casts: `value` [m]."""
+
+    def __init__(self, value: float) -> None:
+        self.value = value
+
+    def std(self, X: Array) -> Array:
+        """Return the predictive standard deviation [m], shape (n,), at casts of shape (n, 3)."""
+        return np.full(len(X), self.value)
+
+    def linearize(self, x: Array) -> tuple[float, Array]:
+        """Return the standard deviation [m] at one cast, shape (3,), and its derivative, which is 0, shape (3,)."""
+        return self.value, np.zeros_like(x)
+
+
+def held_out_scale(errors: Array) -> float:
+    """Return the standard deviation of which two hold 95 % of new errors, given those of held-out casts, shape (n,).
+
+    It is half the quantile that does so whatever their distribution (split conformal prediction). A few casts do not show that
+    quantile: below 19 there is no room for it. The scale is therefore at least that of normal errors whose variance is known from
+    n of them, Student's t.
+    """
+    n = len(errors)
+    rank = min(n, math.ceil((n + 1) * COVERAGE))
+    quantile = np.sort(np.abs(errors))[rank - 1]
+    normal = stdtrit(n, (1 + COVERAGE) / 2) * np.sqrt(np.mean(errors**2))
+    return float(max(quantile, normal)) / 2
 
 
 def _whitening(K: Array, regularization: float) -> Array:

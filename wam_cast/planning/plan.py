@@ -24,6 +24,10 @@ Method = Literal["program", "gradient"]
 METHODS: tuple[Method, ...] = get_args(Method)
 """Planners by name: `program` is a mathematical program, `gradient` the paper's descent."""
 
+KNOWN_DEVIATIONS = 2.0
+"""So many standard deviations of the model's own error must be within the cup's inner radius, or it does not know the cast: 95 % of
+the errors are smaller. A ball may touch the rim and fall in all the same, one that lands beyond it does not."""
+
 
 @dataclass(frozen=True)
 class Plan:
@@ -52,7 +56,8 @@ class Plan:
         That the ball enters the cup without touching its rim. It ends in the cup more often than that: most balls that
         touch the rim fall in all the same.
     is_feasible
-        Whether the predicted miss is at most 1 cm, and the string lets the ball rest in a cup there.
+        Whether the predicted miss is at most 1 cm, the string lets the ball rest in a cup there, and the model knows casts like
+        this: two standard deviations of its own error are within the cup's inner radius.
     method
         Name of the planner; of a function its own.
     n_evaluations
@@ -61,7 +66,8 @@ class Plan:
         How many distinct casts the planner found that are predicted to land in the cup's middle; this is the best of them. The
         descent looks for one only.
     reason
-        Why the planner stopped, in words; and where the ball would hang in the cup, that it would, and what mends it.
+        Why the planner stopped, in words; and if so, that the ball would hang in the cup, with what mends it, and that the model
+        does not know such a cast.
     searches
         Of each search, that of this plan first: the casts `[distance, speed, wait]` [m, m/s, s] that it went through, from its
         start to its end, shape (n, 3). A solver's trials on the way count, the casts beside one that tell its slope do not.
@@ -122,16 +128,28 @@ def plan_cast(
     with one_thread():
         solution = checked_solution(planner(model, radius), model.scenario, name)
         prediction = Prediction.aimed(model, solution.parameters, cup)
+        ignorance = _ignorance(model, solution.parameters)
     hanging = describe_hanging(model.scenario, prediction.cast.distance, radius)
     return Plan(
         cup,
         *prediction,
-        is_feasible=prediction.miss <= LONGEST_MISS and not hanging,
+        is_feasible=prediction.miss <= LONGEST_MISS and not hanging and not ignorance,
         method=name,
         n_evaluations=solution.n_evaluations,
         n_solutions=solution.n_solutions,
-        reason=f"{solution.reason}; {hanging}" if hanging else solution.reason,
+        reason="; ".join(filter(None, (ignorance, solution.reason, hanging))),
         searches=solution.searches,
+    )
+
+
+def _ignorance(model: Predictor, parameters: Array) -> str:
+    """Return a sentence if the model does not know where this cast lands, else nothing."""
+    reach, radius = KNOWN_DEVIATIONS * model.linearize(parameters).std, model.scenario.cup.inner_radius
+    if reach <= radius:
+        return ""
+    return (
+        f"the model does not know casts like this: 95 % of them land within {1e3 * reach:.0f} mm of where it says, in a cup of "
+        f"{1e3 * radius:.0f} mm inner radius; train it with more casts, or choose another cup"
     )
 
 

@@ -50,6 +50,12 @@ def log_of(free: ContactFree, contact: Contact | None) -> Log:
     return bounded_part(free.log_to_hand_over) if contact is None else contact.log
 
 
+def _until(crossing: Crossing | None, free: ContactFree) -> Log:
+    """Return the log of the contact-free phase up to the landing, or all of it without one: the same with and without a cup."""
+    end = None if crossing is None else int(np.searchsorted(free.log.times, crossing.time, side="right"))
+    return bounded_part(free.log.part(slice(end)))
+
+
 class Judge:
     """Turns the phases of a cast into its outcome; `station` is that of the contact-free phase."""
 
@@ -66,10 +72,10 @@ class Judge:
     def outcome(self, free: ContactFree, contact: Contact | None = None) -> Outcome:
         """Return the outcome of a cast, whose ball comes down as it does in the contact-free phase."""
         log = log_of(free, contact)
-        torque_used, velocity_used = self._limits_used(log)
         limits_hit = self.limits_hit(log)
         has_diverged = free.has_diverged or (contact is not None and contact.has_diverged)
         crossing, slack = (None, np.full(1, np.nan)) if has_diverged else self._landing(free)
+        torque_used, velocity_used = self._limits_used(_until(crossing, free))
         nothing = np.full(3, np.nan)
         landing = nothing[:2] if crossing is None else crossing.p_WL[:2]
         velocity = nothing if crossing is None else crossing.v_WL

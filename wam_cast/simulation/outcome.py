@@ -67,7 +67,8 @@ class Outcome:
     miss
         Horizontal distance from the landing to the cup's axis [m]; nan without a cup.
     peak_torque_utilization, peak_velocity_utilization
-        Per joint, the peak utilization of the motors' torque and of the velocity limit, each of shape (7,).
+        Per joint, the peak utilization of the motors' torque and of the velocity limit, each of shape (7,): up to the landing, as a
+        model predicts them, whether there is a cup or not. `limits_hit` counts on to the end.
     peak_tracking_error
         The hand's largest distance from what the controller says by `hand_desired` [m]; nan if it does not say.
     limits_hit

@@ -187,16 +187,24 @@ class CastSimulator:
 
 
 @lru_cache(maxsize=4)
-def _shared_simulator(scenario: Scenario, belief: Scenario | None = None) -> CastSimulator:
-    """Return the simulator of `scenario` that this process keeps."""
-    return CastSimulator(scenario, belief)
+def _shared_simulator(
+    scenario: Scenario, belief: Scenario | None, make_controller: Callable[[Scenario], LeafSystem]
+) -> CastSimulator:
+    """Return the simulator of `scenario` with such a belief and controller that this process keeps."""
+    return CastSimulator(scenario, belief, make_controller=make_controller)
 
 
 _one_at_a_time = threading.RLock()  # whoever is told of an outcome may simulate something else
 
 
 def simulate_cast(
-    scenario: Scenario, cast: Cast, cup: Position | None = None, *, belief: Scenario | None = None, noise_seed: int = 0
+    scenario: Scenario,
+    cast: Cast,
+    cup: Position | None = None,
+    *,
+    belief: Scenario | None = None,
+    noise_seed: int = 0,
+    make_controller: Callable[[Scenario], LeafSystem] | None = None,
 ) -> Outcome:
     """Simulate one cast, in a simulator that is kept for the next ones.
 
@@ -213,6 +221,8 @@ def simulate_cast(
         The robot as its controller knows it, by default the same `scenario`.
     noise_seed
         Draws the scenario's noise: the same seed gives the same outcome. Without noise it is of no consequence.
+    make_controller
+        Makes a controller of your own from the scenario, as for `CastSimulator`; by default there is `.CastController`.
 
     Raises
     ------
@@ -221,7 +231,8 @@ def simulate_cast(
         to the cast's bearing.
     """
     with _one_at_a_time:
-        return _shared_simulator(scenario, belief).simulate(cast, cup, noise_seed=noise_seed)
+        simulator = _shared_simulator(scenario, belief, make_controller or CastController)
+        return simulator.simulate(cast, cup, noise_seed=noise_seed)
 
 
 def simulate_casts(
@@ -259,5 +270,5 @@ def simulate_casts(
         raise InputError(f"casts, cups: {len(casts)} casts for {len(cups)} cups; give each cast its cup")
     throws = [Throw(cast, cup) for cast, cup in zip(casts, cups, strict=True)]
     with _one_at_a_time:
-        simulator = _shared_simulator(scenario, belief)
+        simulator = _shared_simulator(scenario, belief, CastController)
         return simulator.simulate_sequence(throws, noise_seed=noise_seed, on_outcome=on_outcome)

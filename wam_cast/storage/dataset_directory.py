@@ -26,7 +26,7 @@ from wam_cast.scenario import Scenario
 from wam_cast.storage.work_directory import ELSEWHERE, WorkDirectory
 from wam_cast.version import __version__
 
-FORMAT: Final = 2
+FORMAT: Final = 3
 """Version of the directory's layout and of the columns."""
 
 ROWS_PER_PART: Final = 50
@@ -63,6 +63,8 @@ class Manifest(BaseModel):
         Version of the directory's layout.
     fingerprint
         Of the scenario, when the casts were made.
+    controller
+        Name of what made the controller, see `.controller_name`.
     seed, n_casts
         Which casts, and how many a finished run has.
     rows_per_part
@@ -73,8 +75,9 @@ class Manifest(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    format: Literal[2] = FORMAT
+    format: Literal[3] = FORMAT
     fingerprint: str
+    controller: str
     seed: NonNegativeInt
     n_casts: PositiveInt
     rows_per_part: Literal[50] = ROWS_PER_PART
@@ -102,7 +105,7 @@ class DatasetDirectory(WorkDirectory):
         super().__init__(path)
         self._casts_path = self.path / "casts"
 
-    def open(self, scenario: Scenario, seed: int, n_casts: int) -> None:
+    def open(self, scenario: Scenario, seed: int, n_casts: int, controller: str) -> None:
         """Begin a dataset here, or go on with the one that is here.
 
         A dataset may grow: `n_casts` can be more than before.
@@ -116,7 +119,8 @@ class DatasetDirectory(WorkDirectory):
         if self._is_begun():
             old = self.read_manifest()
             self._check_same(
-                {"scenario": old.fingerprint, "seed": old.seed}, {"scenario": scenario.fingerprint, "seed": seed}
+                {"scenario": old.fingerprint, "controller": old.controller, "seed": old.seed},
+                {"scenario": scenario.fingerprint, "controller": controller, "seed": seed},
             )
             if old.n_casts > n_casts:
                 raise InputError(
@@ -124,7 +128,9 @@ class DatasetDirectory(WorkDirectory):
                     f"ask for as many, or {ELSEWHERE}"
                 )
             versions = old.versions if versions[0] in old.versions else old.versions + versions
-        manifest = Manifest(fingerprint=scenario.fingerprint, seed=seed, n_casts=n_casts, versions=versions)
+        manifest = Manifest(
+            fingerprint=scenario.fingerprint, controller=controller, seed=seed, n_casts=n_casts, versions=versions
+        )
         self._make_folders(self.path)
         self._write(self.identity_path, f"{manifest.model_dump_json(indent=2)}\n".encode())
         if not self.scenario_path.exists():

@@ -12,6 +12,7 @@ from typing import TypeVar
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
+from wam_cast.errors import checked_integer
 from wam_cast.experiments.frames import Rows
 from wam_cast.experiments.paper.comparison import Comparison, compare
 from wam_cast.experiments.paper.findings import Findings, Samples, describe_samples
@@ -43,6 +44,7 @@ def reproduce(
     seed: int = 0,
     quick: bool = False,
     executor: Executor | None = None,
+    n_workers: int | None = None,
     on_progress: Progress | None = None,
 ) -> Findings:
     """Run the experiment of the paper's Section 3, and write its report.
@@ -63,20 +65,24 @@ def reproduce(
     executor
         Runs what can run in parallel, as for `.generate_dataset`: by default processes on this machine. Its workers must share the
         file system, since they draw the figures too.
+    n_workers
+        Number of these processes without an executor, by default one for each processor.
     on_progress
         Called as work is done.
 
     Raises
     ------
     InputError
-        If the seed is no integer from 0 on, the directory holds something else or a run with other settings or is in use,
-        or the scenario cannot be simulated or learned.
+        If the seed is no integer from 0 on or the number of processes none from 1 on, the directory holds something else or a run
+        with other settings or is in use, or the scenario cannot be simulated or learned.
     """
     settings = Settings.of(scenario, seed, quick)
+    if n_workers is not None:
+        checked_integer("n_workers", n_workers, 1)
     report = on_progress or (lambda _title, _done, _n: None)
     # One thread for each process, which also makes ill-conditioned sums the same whatever the number of processors.
     store = RunDirectory(directory, settings.identity, settings.own_scenario)
-    with store, Workers() as workers, threadpool_limits(1):
+    with store, Workers(n_workers) as workers, threadpool_limits(1):
         findings = _Run(settings, store, executor or workers, report).findings()
         with store.timed("figures"):
             report("figures", 0, len(CAPTIONS))

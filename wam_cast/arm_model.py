@@ -69,9 +69,9 @@ def arm_model(arm: Arm) -> ArmModel:
 def _arm_model(path: Path, _changed: int | None, arm: Arm) -> ArmModel:
     urdf = read_urdf(path, arm)
     physical = _physical(urdf.root)
-    friction = np.array([float(joint.find("dynamics").attrib["friction"]) for joint in urdf.joints])
+    friction = np.array([float(_find(joint, "dynamics").attrib["friction"]) for joint in urdf.joints])
     friction.setflags(write=False)  # it is shared
-    limit = urdf.joints[0].find("limit").attrib
+    limit = _find(urdf.joints[0], "limit").attrib
     turn = {"ceiling": -1.0, "floor": 1.0, "wall": 0.0}[arm.mount]
     stops = sorted(turn * float(limit[key]) for key in ("lower", "upper")) if turn else (-WALL_BEARING, WALL_BEARING)
     depth, hand = urdf.places[1, 2], urdf.places[-1]
@@ -103,13 +103,20 @@ def _physical(root: Element) -> str:
 def _scale(urdf: ArmUrdf, arm: Arm) -> None:
     """Scale what the scenario says of friction, masses, inertias, rotors and torques."""
     for i, joint in enumerate(urdf.joints):
-        _multiply(joint.find("dynamics"), ("damping",), arm.viscous_friction_scale[i])
-        _multiply(joint.find("limit"), ("effort",), arm.torque_scale[i])
-        inertial = urdf.root.find(f"link[@name='link{i + 1}']/inertial")
-        _multiply(inertial.find("mass"), ("value",), arm.mass_scale[i])
-        _multiply(inertial.find("inertia"), MOMENTS, arm.mass_scale[i] * arm.inertia_scale[i])
-        motor = urdf.root.find(f"transmission/joint[@name='{joint.get('name')}']/../actuator/{DRAKE}rotor_inertia")
-        _multiply(motor, ("value",), arm.rotor_inertia_scale[i])
+        _multiply(_find(joint, "dynamics"), ("damping",), arm.viscous_friction_scale[i])
+        _multiply(_find(joint, "limit"), ("effort",), arm.torque_scale[i])
+        inertial = _find(urdf.root, f"link[@name='link{i + 1}']/inertial")
+        _multiply(_find(inertial, "mass"), ("value",), arm.mass_scale[i])
+        _multiply(_find(inertial, "inertia"), MOMENTS, arm.mass_scale[i] * arm.inertia_scale[i])
+        motor = f"transmission/joint[@name='{joint.get('name')}']/../actuator/{DRAKE}rotor_inertia"
+        _multiply(_find(urdf.root, motor), ("value",), arm.rotor_inertia_scale[i])
+
+
+def _find(element: Element, path: str) -> Element:
+    """Return what a URDF that was read is known to have."""
+    found = element.find(path)
+    assert found is not None
+    return found
 
 
 def _multiply(element: Element, attributes: tuple[str, ...], factor: float) -> None:

@@ -532,3 +532,18 @@ def test_show_writes_the_diagram(cli, folder):
     assert json.loads(cli("show", "--graph", "a.dot", "--json").out) == {"graph": "a.dot"}
     assert (folder / "a.dot").read_text().startswith("digraph")
     assert names(folder) == ["a.dot"]
+
+
+def test_throw_plans_with_what_is_believed_and_executes_on_the_robot(cli, folder):
+    (folder / "truth.yaml").write_text("string: {length: 0.605}\narm: {mass_scale: 1.02}\n", encoding="utf-8")
+    (folder / "belief.yaml").write_text("{}\n", encoding="utf-8")
+    result = cli("throw", "--cup", "0.7", "--scenario", "truth.yaml", "--belief", "belief.yaml", "--json")
+    record = json.loads(result.out)
+    plan = wc.plan_cast(reference_model(), (0.7, 0.0))
+    truth = wc.Scenario.from_dict({"string": {"length": 0.605}, "arm": {"mass_scale": 1.02}})
+    outcome = wc.simulate_cast(truth, plan.cast, plan.cup, belief=wc.Scenario())
+    assert record["predicted_miss"] == plan.predicted_miss
+    np.testing.assert_array_equal(record["landing"], outcome.landing)
+    assert record["miss"] > 10 * record["predicted_miss"]
+    refused = cli("plan", "--cup", "0.7", "--scenario", "truth.yaml")
+    assert (refused.code, "no model yet" in refused.err) == (2, True)

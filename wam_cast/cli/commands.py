@@ -47,6 +47,13 @@ def _common(
 def throw(
     cup: options.Cups,
     scenario: options.Scenario = None,
+    belief: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="What the robot of --scenario is believed to be: what is planned and controlled with. Default: the same.",
+        ),
+    ] = None,
     model: options.Model = None,
     planner: options.Planner = "program",
     solver: options.Solver = None,
@@ -92,9 +99,9 @@ def throw(
             raise InputError(
                 "--cast is executed as given: leave --model, --train and --solver out, which serve to plan one"
             )
-        setting, throws = model_choice.load_scenario(scenario), _given_throws(cast, cups)
+        setting, throws = model_choice.load_scenario(belief or scenario), _given_throws(cast, cups)
     else:
-        setting, forward = model_choice.scenario_and_model(scenario, model, train)
+        setting, forward = model_choice.scenario_and_model(belief or scenario, model, train)
         made = _plans(forward, cups, planner, solver)
         plans, throws = made, [wc.Throw(plan.cast, plan.cup) for plan in made]
     outcomes: list[wc.Outcome] = []
@@ -105,7 +112,8 @@ def throw(
                 outcomes.append(outcome)
                 advance(len(outcomes))
 
-            _execute(setting, throws, plans, seed, files, note)
+            robot = setting if belief is None else model_choice.load_scenario(scenario)
+            _execute(robot, setting, throws, plans, seed, files, note)
     finally:
         # What was finished is told even if the rest is interrupted.
         executed = [Executed(*one) for one in zip(throws, plans, outcomes, strict=False)]
@@ -322,7 +330,8 @@ def _given_throws(casts: list[str], cups: list[Position]) -> list[wc.Throw]:
 
 
 def _execute(
-    scenario: wc.Scenario,
+    robot: wc.Scenario,
+    belief: wc.Scenario,
     throws: list[wc.Throw],
     plans: Sequence[wc.Plan | None],
     seed: int,
@@ -331,9 +340,9 @@ def _execute(
 ) -> None:
     """Execute casts after each other; if it is to be shown, to the end of the last return, and write what is wanted."""
     if any(files):
-        simulator = wc.CastSimulator(scenario)
+        simulator = wc.CastSimulator(robot, belief)
         recordings = simulator.record_sequence(throws, noise_seed=seed, on_outcome=on_outcome)
         files.write(recordings, [None if plan is None else plan.predicted_landing for plan in plans])
     else:
         casts, cups = [throw.cast for throw in throws], [throw.cup for throw in throws]
-        wc.simulate_casts(scenario, casts, cups, noise_seed=seed, on_outcome=on_outcome)
+        wc.simulate_casts(robot, casts, cups, belief=belief, noise_seed=seed, on_outcome=on_outcome)

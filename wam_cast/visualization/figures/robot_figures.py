@@ -191,7 +191,9 @@ def _dimensions(scenario: Scenario, cup_distance: float, bearing: float) -> dict
     rim, mount, string = scenario.cup.rim_height, scenario.arm.mount_height, scenario.string.length
     behind, beside_string, beside_cup = -0.27, radius + 0.07, cup_distance - _foot_radius(scenario.cup) - 0.04
     name, origin = MEASURED[scenario.arm.mount]
-    spans = {f"{name} {_m(mount)}": ((behind, 0.0), (behind, mount))} if mount > 0 else {}
+    spans: dict[str, tuple[tuple[float, ...], tuple[float, ...]]] = {}
+    if mount > 0:
+        spans[f"{name} {_m(mount)}"] = ((behind, 0.0), (behind, mount))
     spans |= {
         f"string {_m(string)}": ((beside_string, hand - string), (beside_string, hand)),
         f"hand {_m(hand)}": ((beside_string + 0.12, 0.0), (beside_string + 0.12, hand)),

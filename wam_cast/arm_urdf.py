@@ -293,7 +293,7 @@ def _resolve_meshes(path: Path, root: Element) -> None:
                     f"{'is of no format that can be drawn' if found.is_file() else 'is not there'}; put a file "
                     f"({', '.join(MESH_FORMATS)}) at {found}, or remove the <visual>"
                 )
-            mesh.set("filename", f"file://{found.resolve()}")
+            mesh.set("filename", f"file://{found.resolve()}")  # as it is: Drake decodes no %20
 
 
 def _rename(root: Element, arm: Arm, moving: list[Element]) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from pathlib import Path
 from typing import Any, Self
 
@@ -30,6 +31,7 @@ from wam_cast.scenario_parts import (
     Simulation,
     String,
 )
+from wam_cast.tether import LOOSE_MARGIN, Tether, lifting_share
 from wam_cast.types import Position
 from wam_cast.yaml_file import read_yaml
 
@@ -78,6 +80,8 @@ class Scenario(Part):
                 f"bounds are empty: even {longest:g} m at {slowest:g} m/s takes less than "
                 f"motion.min_move_duration = {self.motion.min_move_duration:g} s; allow longer distances or lower speeds"
             )
+        if self.tether.span < 0:
+            raise ValueError(self._describe_short_string())
         return self
 
     def _check_heights(self) -> None:
@@ -106,6 +110,33 @@ class Scenario(Part):
                 f"string.length = {string.length:g} m, to the ball's centre, leaves the string less than the ball's radius: choose "
                 f"at least {2 * ball.radius:g} m, twice ball.radius"
             )
+
+    def _describe_short_string(self) -> str:
+        """Return in words that the ball can rest in no cup, and what would mend it, of what the other values allow."""
+        motion, tether = self.motion, self.tether
+        rim, too_high = self.cup.rim_height, tether.height - tether.greatest_height
+        length, drop = _round_up(tether.least_length), _round_up(motion.drop_distance + too_high)
+        start, hanging = -_round_up(too_high - motion.start_height), self.string.length + self.ball.radius + rim
+        remedies = [f"string.length of at least {length:g} m"] * (length + self.ball.radius + rim < motion.start_height)
+        remedies += [f"motion.drop_distance of at least {drop:g} m"] * (drop < motion.start_height - rim)
+        remedies += [f"motion.start_height of at most {start:g} m"] * (start > max(hanging, motion.drop_distance + rim))
+        return (
+            f"string.length = {self.string.length:g} m is too short for a ball to rest in any cup: it would hang in a taut "
+            f"string, since after the drop the hand is {tether.height:.3g} m above where it is to rest; choose a "
+            f"{', or a '.join(remedies) or 'lower cup.rim_height, with a deeper motion.drop_distance'}"
+        )
+
+    @property
+    def tether(self) -> Tether:
+        """What the string lets the ball do once the hand is down."""
+        motion = self.motion
+        return Tether(
+            start_radius=motion.start_radius,
+            height=motion.start_height - motion.drop_distance - self.cup.bottom_height - self.ball.radius,
+            play=self.cup.inner_radius - self.ball.radius,
+            length=self.string.length,
+            margin=LOOSE_MARGIN + lifting_share(self.string.mass, self.ball.mass),
+        )
 
     @classmethod
     def from_dict(cls, values: Any) -> Self:
@@ -161,3 +192,8 @@ def _with_whole_path(values: Any, folder: Path) -> Any:
     if not isinstance(arm, dict) or not isinstance(arm.get("urdf"), str):
         return values
     return {**values, "arm": {**arm, "urdf": str((folder / arm["urdf"]).resolve())}}
+
+
+def _round_up(value: float) -> float:
+    """Return the next number of whole millimetres [m]."""
+    return math.ceil(1e3 * value) / 1e3 if math.isfinite(value) else value

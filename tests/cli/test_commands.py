@@ -130,7 +130,7 @@ def test_a_plan_that_is_not_expected_to_land_says_why_and_exits_with_1(cli, monk
     monkeypatch.setattr(wc, "plan_cast", plan)
     result = cli("plan", "--cup", "0.75")
     assert result.code == 1
-    assert "cup 0.7500, 0.0000: no cast is predicted to land in it (it gave up)" in result.out
+    assert "cup 0.7500, 0.0000: no cast is predicted to end in it (it gave up)" in result.out
     assert cli("plan", "--cup", "0.75", "--json").code == 1
 
 

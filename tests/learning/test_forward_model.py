@@ -258,6 +258,35 @@ def test_a_model_serves_other_cups_and_noise(model, other):
     assert bound.reach == model.reach
 
 
+def test_the_reach_is_that_of_casts_that_let_the_ball_rest_in_the_scenarios_cup(tmp_path):
+    short = Scenario.from_dict({"string": {"length": 0.40}})
+    data = synthetic(scenario=short)
+    model = ForwardModel.fit(data)
+    train = data.frame.loc[data.split()[0]]
+    apart = (train["landing_along"] - 0.2 - train["distance"]).abs()
+    free = train["landing_along"][apart <= short.tether.span]
+    assert len(free) < 0.9 * len(train)
+    assert model.reach == pytest.approx(np.quantile(free, [0.005, 0.995]))
+    assert model.reach[1] < np.quantile(train["landing_along"], 0.995) - 0.05
+    # A wide cup leaves the ball more play, and so fewer hands that let it rest at the far wall.
+    wide = short.model_copy(update={"cup": Cup(inner_radius=0.08)})
+    model.save(tmp_path / "a.model")
+    for bound in (model.bound_to(wide), ForwardModel.load(tmp_path / "a.model", wide)):
+        free = train["landing_along"][apart <= wide.tether.span]
+        assert bound.reach == pytest.approx(np.quantile(free, [0.005, 0.995]))
+        assert bound.reach[1] < model.reach[1]
+    assert ForwardModel.load(tmp_path / "a.model").reach == model.reach
+
+
+def test_a_dataset_without_a_cup_in_which_the_ball_could_rest_is_refused_in_one_line():
+    short = Scenario.from_dict({"string": {"length": 0.36}})
+    far = changed(synthetic(scenario=short), slice(None), landing_along=0.9)
+    with pytest.raises(InputError, match="would hang in a taut string") as caught:
+        ForwardModel.fit(far)
+    assert "\n" not in str(caught.value)
+    assert "a longer string (string.length) or a deeper drop (motion.drop_distance) mends it" in str(caught.value)
+
+
 def test_a_model_does_not_serve_another_ball(model):
     other = Scenario(ball=Ball(mass=0.04))
     assert not model.serves(other)
@@ -296,6 +325,14 @@ def tampered(file, **header):
     old = json.loads(str(values.pop("header")))
     with file.open("wb") as stream:
         np.savez_compressed(stream, header=np.array(json.dumps(old | header)), **values)
+
+
+def without(file, name):
+    """Rewrite a model file without one of its arrays."""
+    with np.load(file) as stored:
+        values = {other: stored[other] for other in stored.files if other != name}
+    with file.open("wb") as stream:
+        np.savez_compressed(stream, **values)
 
 
 def test_round_trip_predicts_the_same(model, file):
@@ -361,8 +398,7 @@ NOT_A_MODEL = {
     "other npz": write_other_npz,
     "array": write_array,
     "pickle": write_pickle,
-    "no reach": lambda path: tampered(path, reach=None),
-    "a reach of words": lambda path: tampered(path, reach=["near", "far"]),
+    "no word on clean casts": lambda path: without(path, "training_is_clean"),
     "one sigma": lambda path: tampered(path, info={"seed": 0, "sigma": 0.5}),
     "no info": lambda path: tampered(path, info={"seed": 0}),
 }
@@ -379,7 +415,7 @@ def test_a_model_of_another_format_is_refused_with_both_named(file):
     tampered(file, format="wam_cast forward model 3")
     line = refused(file)
     assert "'wam_cast forward model 3'" in line
-    assert "'wam_cast forward model 4'" in line
+    assert "'wam_cast forward model 5'" in line
     assert "wam-cast fit" in line
 
 

@@ -115,7 +115,7 @@ def test_ball_hangs_at_rest_after_the_turn_and_the_cast_is_the_same(simulator):
         assert outcome.landing_across == pytest.approx(0, abs=3e-4)
         assert outcome.limits_hit == ()
         assert outcome.peak_torque_utilization.max() < 0.5
-        assert np.abs(recording.states[: end + 1, 27]).max() < 0.6 * 2.39
+        assert np.abs(recording.states[: end + 1, 29]).max() < 0.6 * 2.39
         assert np.linalg.norm(recording.p_WE - recording.p_WE_desired, axis=1)[: end + 1].max() < 2e-3
 
 

@@ -24,7 +24,6 @@ from wam_cast.robot.noise import (
 )
 from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Noise, Scenario
-from wam_cast.simulation.integration_step import integration_step
 from wam_cast.simulation.outcome import Outcome
 from wam_cast.simulation.simulator import CastSimulator, simulate_cast
 
@@ -202,11 +201,6 @@ def test_hanging_ball_swings_with_the_drawn_amplitude():
     angles, rates = swing_at_start(scenario, 1)
     amplitude = np.hypot(angles, rates / np.sqrt(9.81 / scenario.string.length))
     np.testing.assert_allclose(np.abs(swung).max(axis=0), scenario.string.length * amplitude, rtol=0.06)
-
-
-def test_swing_changes_no_integration_step():
-    swinging = CastStation(Scenario(noise=Noise(swing=1.0)), has_scene=False)
-    assert integration_step(swinging) == integration_step(CastStation(Scenario(), has_scene=False))
 
 
 # ---------------------------------------------------------------- torque

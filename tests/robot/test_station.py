@@ -17,7 +17,7 @@ from wam_cast.scenario import Scenario
 
 CAST = Cast(0.3, 0.6, 0.1, bearing=0.4)
 PORTS = {
-    "state": 2 * (7 + 2 * 10),
+    "state": 2 * (7 + 2 * 10 + 2),
     "arm_state": 14,
     "ball_position": 3,
     "ball_velocity": 3,
@@ -72,8 +72,10 @@ def with_contact():
 def test_ports_are_exported_by_name(contact_free, with_contact, has_scene):
     diagram = (with_contact if has_scene else contact_free).diagram
     ports = [diagram.get_output_port(i) for i in range(diagram.num_output_ports())]
-    assert {port.get_name(): port.size() for port in ports} == PORTS
-    assert diagram.num_input_ports() == 0
+    vectors = {port.get_name(): port.size() for port in ports if port.get_name() != "query_object"}
+    assert vectors == PORTS
+    assert diagram.HasOutputPort("query_object") is has_scene
+    assert [diagram.get_input_port(i).get_name() for i in range(diagram.num_input_ports())] == ["applied_spatial_force"]
 
 
 def test_ports_mean_what_they_say(contact_free):
@@ -84,7 +86,7 @@ def test_ports_mean_what_they_say(contact_free):
     ball, hand = (contact_free.plant.GetBodyByName(name) for name in ("ball", "tool_plate"))
     expected = {
         "state": state,
-        "arm_state": np.r_[state[:7], state[27:34]],
+        "arm_state": np.r_[state[:7], state[29:36]],
         "ball_position": ball.EvalPoseInWorld(plant_context).translation(),
         "ball_velocity": ball.EvalSpatialVelocityInWorld(plant_context).translational(),
         "hand": np.r_[
@@ -120,7 +122,7 @@ def test_graph_names_the_parts(with_contact):
 def test_contact_adds_geometry_and_nothing_else(contact_free, with_contact):
     assert contact_free.scene_graph is None
     assert with_contact.plant.num_collision_geometries() == 1 + 16 + 1 + 1  # ball, wall, bottom, floor
-    assert contact_free.plant.num_positions() == with_contact.plant.num_positions() == 27
+    assert contact_free.plant.num_positions() == with_contact.plant.num_positions() == 29
     masses = [s.plant.CalcTotalMass(s.plant.CreateDefaultContext()) for s in (contact_free, with_contact)]
     assert masses[1] - masses[0] == pytest.approx(0.1)  # the cup, which is welded to the floor
 
@@ -152,7 +154,7 @@ def test_logs_have_a_sample_a_period(contact_free):
     simulator.AdvanceTo(0.1)
     times, states, torques = contact_free.logged(simulator.get_context())
     np.testing.assert_allclose(times, 0.002 * np.arange(51), atol=1e-12)
-    assert states.shape == (51, 54)
+    assert states.shape == (51, 58)
     assert torques.shape == (51, 7)
     np.testing.assert_array_equal(states[-1], read(contact_free, simulator, "state"))
     # Each sample of the torque is the one that was held up to its time.

@@ -7,6 +7,7 @@ from wam_cast.scenario import Cup, Scenario
 from wam_cast.simulation.ball_and_cup import gap_to_contact, is_inside, possible_rise, touches_rim
 
 CUP = Cup()
+SCENARIO = Scenario()
 R = 0.020
 G = 9.81
 
@@ -18,12 +19,12 @@ def test_inside_ends_at_the_wall_and_at_the_rim():
 
 def test_ball_could_rise_by_its_kinetic_energy_above_where_it_is():
     lying = CUP.bottom_thickness + R - CUP.rim_height
-    assert possible_rise(np.array([0.01, 0.0, lying]), 0.0, CUP, R) == pytest.approx(0.0, abs=1e-15)
-    assert possible_rise(np.array([0.01, 0.0, lying + 0.03]), 0.0, CUP, R) == pytest.approx(0.03)
+    assert possible_rise(np.array([0.01, 0.0, lying]), 0.0, SCENARIO) == pytest.approx(0.0, abs=1e-15)
+    assert possible_rise(np.array([0.01, 0.0, lying + 0.03]), 0.0, SCENARIO) == pytest.approx(0.03)
     # Thrown up at sqrt(2 g h), a ball rises by h.
     upward = np.sqrt(2 * G * 0.02)
-    assert possible_rise(np.array([0.01, 0.0, lying]), upward, CUP, R) == pytest.approx(0.02)
-    assert possible_rise(np.array([0.01, 0.0, lying + 0.03]), upward, CUP, R) == pytest.approx(0.05)
+    assert possible_rise(np.array([0.01, 0.0, lying]), upward, SCENARIO) == pytest.approx(0.02)
+    assert possible_rise(np.array([0.01, 0.0, lying + 0.03]), upward, SCENARIO) == pytest.approx(0.05)
 
 
 def test_rim_is_touched_at_a_balls_radius():

@@ -110,13 +110,26 @@ def test_miss_is_named_after_its_side(x, y, expected):
     ("is_at_rest", "is_carried", "expected"),
     [
         (True, True, Status.CAUGHT),
-        (True, False, Status.NOT_SETTLED),  # it hangs in the cup on its string
+        (True, False, Status.NOT_SETTLED),
         (False, True, Status.NOT_SETTLED),
         (False, False, Status.NOT_SETTLED),
     ],
 )
 def test_ball_is_caught_only_at_rest_and_carried(is_at_rest, is_carried, expected):
     assert verdict(fall(0.005, -0.003, to=-0.094), is_at_rest, is_carried, CUP, R) is expected
+
+
+@pytest.mark.parametrize("is_at_rest", [True, False])
+@pytest.mark.parametrize("is_carried", [True, False])
+def test_ball_inside_in_a_taut_string_hangs_unless_the_cup_carries_it(is_at_rest, is_carried):
+    path = fall(0.005, -0.003, to=-0.05)
+    expected = Status.CAUGHT if is_at_rest and is_carried else Status.HANGING
+    assert verdict(path, is_at_rest, is_carried, CUP, R, is_taut=True) is expected
+
+
+def test_ball_outside_in_a_taut_string_does_not_hang():
+    assert verdict(fall(0.0, 0.0, to=0.015), True, False, CUP, R, is_taut=True) is Status.NOT_SETTLED
+    assert verdict(fall(0.07, 0.0), True, False, CUP, R, is_taut=True) is Status.LONG
 
 
 def test_ball_that_leaves_the_cup_came_out():
@@ -201,18 +214,19 @@ def test_each_joint_has_a_stop_at_either_end_of_its_range(plant, scenario, hangi
 def unfolding(plant, scenario, hanging, fold, fold_rate):
     """Return a log of a string bent in its middle, by angles shape (n,), below a hand at rest: the ball stays right below it.
 
-    Hand and ball are then the string's length times the angle's cosine apart.
+    Its links then reach down by their length times the angle's cosine, and the ball hangs straight below them.
     """
-    middle = N_ARM + 2 * (scenario.string.n_links // 2)
+    middle, knot = N_ARM + 2 * (scenario.string.n_links // 2), N_ARM + 2 * scenario.string.n_links
     positions, velocities = np.tile(hanging, (len(fold), 1)), np.zeros((len(fold), plant.num_velocities()))
     for values, angle in ((positions, fold), (velocities, fold_rate)):
         values[:, N_ARM] += angle
         values[:, middle] -= 2 * angle
+        values[:, knot] += angle
     return log_of(plant, positions, velocities)
 
 
 def test_string_is_slack_by_its_state_at_the_landing_whatever_it_is_afterwards(plant, scenario, hanging):
-    cast, length = Cast(0.3, 0.6, 0.1), scenario.string.length
+    cast, length = Cast(0.3, 0.6, 0.1), scenario.string.length - scenario.ball.radius
     time = 0.01 * np.arange(41)
     # It unfolds as the ball comes down: shorter by ABOVE at the rim plane, taut before the ball is all below it.
     log = unfolding(plant, scenario, hanging, 1.25 * (0.4 - time), np.full(41, -1.25))

@@ -99,42 +99,7 @@ def land_error_controlled(cast, accuracy):
 
 @pytest.mark.parametrize("cast", CASTS, ids=str)
 def test_landing_agrees_with_error_controlled_integration(free, cast):
-    np.testing.assert_allclose(free[cast].landing, land_error_controlled(cast, 1e-5), atol=2e-4)
-
-
-def test_landing_converges_at_second_order(free):
-    errors = []
-    steps = (0.002, 0.001, 0.0005)
-    exact = CastSimulator(scenario(simulation={"max_step": 0.0000625})).simulate(TYPICAL).landing
-    for step in steps:
-        coarse = CastSimulator(scenario(simulation={"max_step": step}))
-        assert coarse.step == step
-        errors.append(np.linalg.norm(coarse.simulate(TYPICAL).landing - exact))
-    assert errors[0] < 1e-4
-    orders = np.log2(np.array(errors[:-1]) / errors[1:])
-    np.testing.assert_allclose(orders, 2, atol=0.3)
-
-
-@pytest.mark.parametrize(
-    "string",
-    [
-        {"bending_damping": 0.0, "hook_damping": 0.0},
-        {"bending_damping": 1e-8},
-        {"bending_damping": 2e-5},
-        {"n_links": 20, "bending_damping": 0.0},
-    ],
-    ids=str,
-)
-def test_step_is_short_enough_for_any_damping(free, string):
-    # An explicit method blows up what is damped too little as well as what is damped too much.
-    outcome = CastSimulator(scenario(string=string)).simulate(TYPICAL)
-    assert outcome.status is Status.LANDED
-    assert np.linalg.norm(outcome.landing - free[TYPICAL].landing) < 0.015
-
-
-def test_reference_scenario_takes_one_step_a_period(simulator):
-    assert simulator.step == 0.002
-    assert CastSimulator(scenario(simulation={"max_step": 0.0015})).step == 0.001  # divides the period
+    np.testing.assert_allclose(free[cast].landing, land_error_controlled(cast, 1e-5), atol=1e-5)
 
 
 @pytest.mark.parametrize("wait", [0.05, *(pytest.param(wait, marks=pytest.mark.slow) for wait in (0.02, 0.35, 0.38))])
@@ -177,12 +142,14 @@ def test_opposite_bearings_mirror_each_other(simulator):
 
 
 def test_ball_stays_in_the_casting_plane(free):
-    for outcome in free.values():
-        assert abs(outcome.landing_across) < 1e-4
+    # The arm is not quite symmetric, and a string that buckles enlarges what it is given.
+    across = [abs(outcome.landing_across) for outcome in free.values()]
+    assert np.median(across) < 1e-4
+    assert max(across) < 1e-3
 
 
 def test_bearing_beyond_joint_one_is_refused_and_harms_nothing(simulator, free):
-    with pytest.raises(InputError, match=r"joint 1 .*limits.*cast\.bearing"):
+    with pytest.raises(InputError, match=r"cast\.bearing = 2\.7 rad: joint 1 .* -2\.6 to 2\.6"):
         simulator.simulate(dataclasses.replace(TYPICAL, bearing=2.7))
     assert_identical(simulator.simulate(TYPICAL), free[TYPICAL])
 
@@ -327,8 +294,10 @@ def test_ordinary_casts_keep_the_limits_and_their_reference(free):
         assert 1e-4 < outcome.peak_tracking_error < 0.02
 
 
-def test_diverged_simulation_is_reported_and_harms_nothing():
-    wild = CastSimulator(scenario(controller={"kp": 1e9}))
+def test_diverged_simulation_is_reported_and_harms_nothing(monkeypatch):
+    # A ball that nothing could throw so fast: the motors' limits bound all that an arm out of control can do.
+    monkeypatch.setattr("wam_cast.simulation.polling.MAX_BALL_SPEED", 1.0)
+    wild = CastSimulator(Scenario())
     for cup in (None, (0.6, 0.0)):
         outcome = wild.simulate(TYPICAL, cup)
         assert outcome.status is Status.DIVERGED
@@ -339,6 +308,13 @@ def test_diverged_simulation_is_reported_and_harms_nothing():
     assert np.isfinite(recording.p_WL).all()
 
 
+@pytest.mark.parametrize("gain", [1e5, 1e9])
+def test_arm_out_of_control_meets_its_limits(gain):
+    outcome = CastSimulator(scenario(controller={"kp": gain})).simulate(TYPICAL)
+    assert outcome.status is Status.LIMIT_HIT
+    assert "joint 2 torque" in outcome.limits_hit
+
+
 def test_simulator_works_after_a_diverged_simulation(simulator, free, monkeypatch):
     # The same simulator, whose ball is thrown out of the world in the middle of a cast.
     monkeypatch.setattr("wam_cast.simulation.polling.MAX_BALL_SPEED", 1.0)
@@ -346,16 +322,6 @@ def test_simulator_works_after_a_diverged_simulation(simulator, free, monkeypatc
     assert simulator.simulate(TYPICAL, (0.6, 0.0)).status is Status.DIVERGED
     monkeypatch.undo()
     assert_identical(simulator.simulate(TYPICAL), free[TYPICAL])
-
-
-def test_state_that_is_not_finite_breaks_no_recording(monkeypatch):
-    # Undamped and at too long a step the string blows up within a cast, past the largest number that a float holds.
-    monkeypatch.setattr("wam_cast.simulation.contact_free.integration_step", lambda station: 0.002)
-    broken = CastSimulator(scenario(string={"n_links": 20, "bending_damping": 0.0}))
-    recording = broken.record(TYPICAL)
-    assert recording.outcome.status is Status.DIVERGED
-    assert len(recording.times) == len(recording.p_WL) > 10
-    assert np.isfinite(recording.p_WL).all()
 
 
 # ---------------------------------------------------------------- recordings
@@ -378,7 +344,7 @@ def test_recording_has_a_sample_a_period_to_the_end_of_the_return(caught):
     assert caught.times[-1] == pytest.approx(ends[-1], abs=0.002 + 1e-9)
     shapes = {name: getattr(caught, name).shape for name in ("p_WL", "v_WL", "p_WE", "p_WE_desired")}
     assert set(shapes.values()) == {(n, 3)}
-    assert caught.states.shape == (n, 2 * (7 + 2 * 10))
+    assert caught.states.shape == (n, 2 * (7 + 2 * 10 + 2))
     assert caught.torques.shape == (n, 7)
     np.testing.assert_array_equal(caught.stages, np.searchsorted(ends[:5], caught.times, side="right"))
 
@@ -432,11 +398,6 @@ def test_hand_must_be_able_to_reach_the_longest_moves_end():
         CastSimulator(scenario(bounds={"distance": (0.3, 0.9)}))
 
 
-def test_string_that_takes_too_short_steps_is_refused():
-    with pytest.raises(InputError, match=r"more string.mass"):
-        CastSimulator(scenario(string={"mass": 1e-8}))
-
-
 def test_own_controller_takes_the_place_of_ours(limp):
     outcome = CastSimulator(Scenario(), make_controller=limp).simulate(TYPICAL)
     assert outcome.peak_torque_utilization.max() == 0.0
@@ -486,7 +447,7 @@ def test_controller_is_scored_against_what_it_wants_of_the_hand(free):
 
 
 def test_ball_is_handed_over_to_the_contact_phase_before_it_can_touch_anything(free):
-    phase = ContactFreePhase(Scenario(), CastController(Scenario()))
+    phase = ContactFreePhase(CastStation(Scenario(), has_scene=False))
     for cast, outward in ((TYPICAL, 0.0), (TYPICAL, -0.045), (TYPICAL, -0.2), (CASTS[4], 0.045)):
         radius = np.linalg.norm(free[cast].landing)
         cup = tuple(free[cast].landing * (1 + outward / radius))

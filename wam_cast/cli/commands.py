@@ -22,6 +22,7 @@ from wam_cast.cli.output_files import ThrowFiles, check_picture
 from wam_cast.cli.results import plan_record, print_json, throw_record
 from wam_cast.cli.terminal import err, out, phase_progress, progress
 from wam_cast.errors import InputError
+from wam_cast.learning.failed_casts import describe_failed_casts, failed_casts
 from wam_cast.types import Position
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
@@ -141,6 +142,8 @@ def generate(
     data = model_choice.generate(scenario, casts, seed, directory, workers, scheduler)
     seconds = time.perf_counter() - started
     counts = data.frame["status"].value_counts().to_dict()
+    for line in describe_failed_casts(data):
+        err.print(line)
     if as_json:
         made = {
             "directory": str(directory),
@@ -148,7 +151,7 @@ def generate(
             "seed": seed,
             "fingerprint": data.scenario.fingerprint,
         }
-        print_json({**made, "statuses": counts, "wall_s": seconds})
+        print_json({**made, "statuses": counts, "failed": failed_casts(data), "wall_s": seconds})
     else:
         statuses = ", ".join(f"{count} {status}" for status, count in counts.items())
         out.print(f"{len(data)} casts in {directory} ({statuses}), {seconds:.1f} s")
@@ -164,9 +167,10 @@ def fit(
     as_json: options.AsJson = False,
 ) -> None:
     """Fit a forward model to a dataset."""
-    model = model_choice.fit(dataset, file, None if scenario is None else model_choice.load_scenario(scenario))
+    model, data = model_choice.fit(dataset, file, None if scenario is None else model_choice.load_scenario(scenario))
     if as_json:
-        print_json({"model": str(file), "reach": model.reach, **asdict(model.info)})
+        record = {"model": str(file), "reach": model.reach, **asdict(model.info)}
+        print_json({**record, "failed": failed_casts(data)})
     else:
         results.print_fit(model)
 

@@ -11,6 +11,7 @@ from typing import Any
 import wam_cast as wc
 from wam_cast.cli.terminal import err, progress
 from wam_cast.errors import InputError
+from wam_cast.learning.failed_casts import describe_failed_casts
 from wam_cast.storage.atomic import check_writable
 
 TRAINING_CASTS = 1700
@@ -35,7 +36,8 @@ def scenario_and_model(path: Path | None, model_path: Path | None, train: bool) 
     own, casts = _own_files(path, scenario)
     check_writable(own)
     generate(path, TRAINING_CASTS, 0, casts)
-    return scenario, fit(casts, own, scenario)
+    model, _ = fit(casts, own, scenario)
+    return scenario, model
 
 
 def find(path: Path | None, model_path: Path | None) -> tuple[wc.Scenario, wc.ForwardModel | None]:
@@ -86,14 +88,16 @@ def generate(
             raise
 
 
-def fit(dataset: Path, file: Path, scenario: wc.Scenario | None) -> wc.ForwardModel:
-    """Fit a model to a stored dataset and store it; by default for the dataset's own scenario."""
+def fit(dataset: Path, file: Path, scenario: wc.Scenario | None) -> tuple[wc.ForwardModel, wc.CastDataset]:
+    """Fit a model to a stored dataset and store it; by default for the dataset's own scenario. Say which casts failed."""
     check_writable(file)
     data = wc.CastDataset.load(dataset, scenario)
+    for line in describe_failed_casts(data):
+        err.print(line)
     with progress("fitting"):
         model = wc.ForwardModel.fit(data)
     model.save(file)
-    return model
+    return model, data
 
 
 def command_line(command: str, *arguments: object, **options: object) -> str:

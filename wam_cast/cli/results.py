@@ -179,13 +179,13 @@ def print_map(floor: FloorMap, picture: Path) -> None:
     out.print("in brackets: standard deviation; clear: probability of a rim-clear entry (without touching the rim)")
     for ring in record["rings"]:
         if not ring["is_feasible"]:
-            out.print(f"cup {ring['radius']:.3f}: no cast is predicted to land in it")
+            out.print(f"cup {ring['radius']:.3f}: no cast is predicted to end in it ({ring['reason']})")
     out.print(f"{record['n_caught']} of {record['n_casts']} caught; the map is in {picture}")
 
 
 def _print_infeasible(plan: wc.Plan) -> None:
     if not plan.is_feasible:
-        out.print(f"cup {_position(plan.cup)}: no cast is predicted to land in it ({plan.reason})")
+        out.print(f"cup {_position(plan.cup)}: no cast is predicted to end in it ({plan.reason})")
 
 
 def _table(*headings: str) -> Table:

@@ -78,7 +78,7 @@ class FloorMap:
 
         radius [m]; distance, speed, wait       of the cast [m], [m/s], [s]
         predicted_along         where the ball is expected, counted from the cup's axis outward [m]
-        predicted_miss, predicted_std, rim_clear_probability, is_feasible      as of a `.Plan`
+        predicted_miss, predicted_std, rim_clear_probability, is_feasible, reason      as of a `.Plan`
         along, lateral          what is executed: mean and std [m] over all casts that came down, None if none did
         n_casts, n_caught, hit_rate, hit_interval       how many were caught, with Wilson's 95 % interval of the rate
         """
@@ -180,6 +180,7 @@ def _ring(casts: pd.DataFrame) -> Record:
         "predicted_std": (one["std_along"], one["std_across"]),
         "rim_clear_probability": one["rim_clear_probability"],
         "is_feasible": one["is_feasible"],
+        "reason": one["reason"],
         "along": _scatter(casts["along"]),
         "lateral": _scatter(casts["lateral"]),
         "n_casts": caught.pop("n_cups"),

@@ -5,7 +5,7 @@ radius, cup_bearing     of the cup about the base axis [m], [rad]
 cup_x, cup_y            the same in the world [m]
 distance, speed, wait, bearing      the cast [m], [m/s], [s], [rad]
 noise_seed              what draws its noise
-is_feasible             as of the `.Plan`; like all that is predicted it is missing (False, nan) where a cast has no plan
+is_feasible, reason     as of the `.Plan`; like all that is predicted they are missing (False, "", nan) where a cast has no plan
 predicted_offset        where the ball is expected, outward from the cup's axis [m]
 predicted_miss          its distance from there [m]
 std_along, std_across   predictive standard deviation of the landing [m]
@@ -172,7 +172,7 @@ def trial_row(scenario: Scenario, trial: Trial, outcome: Outcome | None) -> Reco
     }
 
 
-_NO_PLAN: Record = {"planner": "", "is_feasible": False}
+_NO_PLAN: Record = {"planner": "", "is_feasible": False, "reason": ""}
 _NO_PLAN |= dict.fromkeys(("predicted_offset", "predicted_miss", "std_along", "std_across"), math.nan)
 _NO_PLAN |= {"rim_clear_probability": math.nan}
 _NO_OUTCOME: Record = {"status": LOST, "limits_hit": ()}
@@ -186,6 +186,7 @@ def _predicted(plan: Plan, cup: Polar) -> Record:
     return {
         "planner": plan.method,
         "is_feasible": plan.is_feasible,
+        "reason": plan.reason,
         "predicted_offset": landing - cup[0],
         "predicted_miss": plan.predicted_miss,
         "std_along": plan.predicted_std.along,

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from wam_cast.cast import cast_bounds
 from wam_cast.deprecation import renamed
@@ -45,8 +45,11 @@ class ForwardModel:
         Whose casts it predicts.
     training_casts, training_outputs
         The training casts `[distance, speed, wait]`, shape (n_train, 3), and their `.OUTPUTS`, shape (n_train, 7).
+    training_is_clean
+        Which of them kept the arm's limits and landed with a slack string, shape (n_train,).
     reach
-        The smallest and largest distance of a cup from the base axis that the model plans for [m].
+        The smallest and largest distance of a cup from the base axis that the model plans for [m]: with the cup of its
+        scenario, so that the string lets the ball rest in it.
     info
         A `.Fit`: how it was made.
     uncertainty
@@ -59,13 +62,14 @@ class ForwardModel:
         estimator: KernelRidge,
         uncertainty: LandingUncertainty,
         training_outputs: Array,
-        reach: tuple[float, float],
+        training_is_clean: NDArray[np.bool_],
         info: Fit,
     ) -> None:
         self.scenario = scenario
         self.training_casts: Array = estimator.X_fit_
         self.training_outputs = training_outputs
-        self.reach = reach
+        self.training_is_clean = training_is_clean
+        self.reach = self._reach(scenario)
         self.info = info
         self.uncertainty = uncertainty
         self._estimator = estimator
@@ -89,7 +93,7 @@ class ForwardModel:
         Raises
         ------
         InputError
-            If too few of the dataset's casts came down to the rim plane.
+            If too few of the dataset's casts came down to the rim plane, or none reaches a cup.
         """
         parts = split_casts(data)
         tuned = tune_model(data.scenario, parts.train)
@@ -108,7 +112,6 @@ class ForwardModel:
         cls, data: CastDataset, parts: Parts, sigma: ArrayLike, regularization: float, *, opens_test: bool
     ) -> Self:
         train, validation = parts.train, parts.validation
-        reach = _reach(train)
         distance, speed, wait = (float(one) for one in np.broadcast_to(np.squeeze(sigma), 3))
         estimator = _estimator(data.scenario, (distance, speed, wait), regularization)
         with one_thread():  # as when it is loaded, to the last digit
@@ -130,7 +133,7 @@ class ForwardModel:
             validation_rmse=rmse(validation),
             test_rmse=rmse(parts.open_test()) if opens_test else math.nan,
         )
-        return cls(data.scenario, estimator, uncertainty, train.y, reach, info)
+        return cls(data.scenario, estimator, uncertainty, train.y, train.is_clean, info)
 
     def landing_rmse(self, part: Part) -> float:
         """Return the root mean squared error of the predicted landing along the casting plane [m]."""
@@ -157,7 +160,10 @@ class ForwardModel:
         return self.scenario.fingerprint in (scenario.fingerprint, scenario.without_noise.fingerprint)
 
     def bound_to(self, scenario: Scenario) -> Self:
-        """Return the same model for plans in `scenario`, whose cup and noise count; raises `.InputError` if it does not serve."""
+        """Return the same model for plans in `scenario`, whose cup and noise count.
+
+        Raises `.InputError` if it does not serve, or if no such cup can be reached.
+        """
         if not self.serves(scenario):
             raise InputError(
                 f"made for another scenario ({self.scenario.fingerprint}, not {scenario.fingerprint}); "
@@ -165,12 +171,13 @@ class ForwardModel:
             )
         bound = copy(self)
         bound.scenario = scenario
+        bound.reach = self._reach(scenario)
         return bound
 
     def save(self, path: str | Path) -> None:
         """Write the model to one file. Raises `.InputError` if that cannot be done; then nothing is left behind."""
-        casts, outputs, learned = self.training_casts, self.training_outputs, self.uncertainty
-        stored = StoredModel(self.scenario, casts, outputs, learned.log_ratios, self.reach, self.info, learned.fit)
+        trained, learned = (self.training_casts, self.training_outputs, self.training_is_clean), self.uncertainty
+        stored = StoredModel(self.scenario, *trained, learned.log_ratios, self.info, learned.fit)
         write_model(path, stored)
 
     @classmethod
@@ -187,11 +194,32 @@ class ForwardModel:
         with one_thread():
             estimator.fit(stored.training_casts, stored.training_outputs)
             uncertainty = LandingUncertainty(estimator, stored.training_log_ratios, stored.uncertainty)
-        model = cls(stored.scenario, estimator, uncertainty, stored.training_outputs, stored.reach, stored.info)
+        outputs, is_clean = stored.training_outputs, stored.training_is_clean
         try:
+            model = cls(stored.scenario, estimator, uncertainty, outputs, is_clean, stored.info)
             return model if scenario is None else model.bound_to(scenario)
         except InputError as error:
             raise InputError(f"model {path}: {error}") from None
+
+    def _reach(self, scenario: Scenario) -> tuple[float, float]:
+        """Return the distances between which clean casts land, the string slack, that let the ball rest in the scenario's cup.
+
+        All but the last casts at either end, where there are too few to learn from.
+        """
+        if not np.any(self.training_is_clean):
+            raise InputError(
+                "no cast of the dataset kept the arm's limits and landed with a slack string, so that no cup can be reached; "
+                "change the scenario's motion or bounds"
+            )
+        clean = self.training_outputs[self.training_is_clean, 0]
+        landing = clean[scenario.tether.leaves_free(self.training_casts[self.training_is_clean, 0], clean)]
+        if len(landing) == 0:
+            raise InputError(
+                "no cast of the dataset lets the ball rest in a cup where it lands: it would hang in a taut string, so that no cup "
+                "can be reached; a longer string (string.length) or a deeper drop (motion.drop_distance) mends it"
+            )
+        nearest, farthest = np.quantile(landing, [REACH_TAIL, 1 - REACH_TAIL])
+        return float(nearest), float(farthest)
 
 
 def tune_model(scenario: Scenario, train: Part) -> TuningResult:
@@ -202,21 +230,6 @@ def tune_model(scenario: Scenario, train: Part) -> TuningResult:
 
 def _estimator(scenario: Scenario, sigma: tuple[float, ...], regularization: float) -> KernelRidge:
     return KernelRidge(sigma=sigma, regularization=regularization, input_bounds=cast_bounds(scenario))
-
-
-def _reach(train: Part) -> tuple[float, float]:
-    """Return the distances between which clean casts land: within the arm's limits, the string slack at the landing.
-
-    All but the last casts at either end, where there are too few to learn from.
-    """
-    clean = train.landing[train.is_clean]
-    if len(clean) == 0:
-        raise InputError(
-            "dataset: no cast kept the arm's limits and landed with a slack string, so that no cup can be reached; "
-            "change the scenario's motion or bounds"
-        )
-    nearest, farthest = np.quantile(clean, [REACH_TAIL, 1 - REACH_TAIL])
-    return float(nearest), float(farthest)
 
 
 def _rmse(residuals: Array) -> float:

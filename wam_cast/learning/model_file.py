@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wam_cast.errors import InputError
 from wam_cast.learning.uncertainty import ErrorFit
@@ -20,9 +21,9 @@ from wam_cast.scenario import Scenario
 from wam_cast.storage.atomic import write_file
 from wam_cast.types import Array
 
-FORMAT = "wam_cast forward model 4"
+FORMAT = "wam_cast forward model 5"
 
-ARRAYS = ("training_casts", "training_outputs", "training_log_ratios")
+ARRAYS = ("training_casts", "training_outputs", "training_is_clean", "training_log_ratios")
 """What the archive holds beside its header: fields of `StoredModel`."""
 
 OTHER_VALUES = (ValueError, TypeError, LookupError, AttributeError)
@@ -66,9 +67,9 @@ class StoredModel(NamedTuple):
     scenario: Scenario
     training_casts: Array
     training_outputs: Array
+    training_is_clean: NDArray[np.bool_]
     training_log_ratios: Array
     """What the uncertainty's correction is fitted to, shape (n_train,)."""
-    reach: tuple[float, float]
     info: Fit
     uncertainty: ErrorFit
 
@@ -79,7 +80,6 @@ def write_model(path: str | Path, model: StoredModel) -> None:
         "format": FORMAT,
         "fingerprint": model.scenario.fingerprint,
         "scenario": model.scenario.model_dump(mode="json"),
-        "reach": model.reach,
         "info": asdict(model.info),
         "uncertainty": asdict(model.uncertainty),
     }
@@ -114,12 +114,12 @@ def read_model(path: str | Path) -> StoredModel:
         )
     try:
         values, fingerprint = header["scenario"], str(header["fingerprint"])
-        nearest, farthest = (float(radius) for radius in header["reach"])
         info = Fit(**header["info"] | {"sigma": tuple(float(sigma) for sigma in header["info"]["sigma"])})
         uncertainty = ErrorFit(**header["uncertainty"] | {"sigma": tuple(header["uncertainty"]["sigma"])})
     except OTHER_VALUES:
         raise _not_a_model(path) from None
-    if [array.shape for array in arrays] != [(info.n_train, 3), (info.n_train, len(OUTPUTS)), (info.n_train,)]:
+    n = info.n_train
+    if [array.shape for array in arrays] != [(n, 3), (n, len(OUTPUTS)), (n,), (n,)]:
         raise _not_a_model(path)
     try:
         scenario = Scenario.from_dict(values)
@@ -130,8 +130,8 @@ def read_model(path: str | Path) -> StoredModel:
             f"model {path}: made with another model of the arm or another version of wam_cast "
             f"({fingerprint}, now {scenario.fingerprint}); fit it anew with: wam-cast fit"
         )
-    casts, outputs, log_ratios = arrays
-    return StoredModel(scenario, casts, outputs, log_ratios, (nearest, farthest), info, uncertainty)
+    casts, outputs, is_clean, log_ratios = arrays
+    return StoredModel(scenario, casts, outputs, is_clean != 0, log_ratios, info, uncertainty)
 
 
 def _not_a_model(path: str | Path) -> InputError:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from wam_cast.cast import PARAMETERS
 from wam_cast.errors import InputError
+from wam_cast.learning.failed_casts import describe_failed_casts
 from wam_cast.planning.prediction import OUTPUTS
 from wam_cast.types import Array
 
@@ -65,7 +66,7 @@ def split_casts(data: CastDataset) -> Parts:
         if len(part.X) < 2:
             raise InputError(
                 f"dataset: {len(part.X)} {name} casts came down to the rim plane, at least 2 are needed; generate more "
-                "casts, or change the scenario's motion or bounds"
+                + "; ".join(["casts, or change the scenario's motion or bounds", *describe_failed_casts(data)])
             )
     return Parts(train, validation, test)
 

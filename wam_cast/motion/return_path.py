@@ -100,7 +100,7 @@ class Return:
         """Return the pieces that draw the ball against the wall and then lift it out, and the way home."""
         motion, cup, ball = self._scenario.motion, self._scenario.cup, self._scenario.ball
         cup_radius = max(cup_radius, motion.start_radius)
-        low = cup.floor_height + ball.radius + PULL_LIFT
+        low = cup.bottom_height + ball.radius + PULL_LIFT
         wall = cup_radius - (cup.inner_radius - ball.radius)
         side = -1.0
         if wall - self._length * math.sin(WALL_SLANT) < motion.start_radius:

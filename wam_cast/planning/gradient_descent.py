@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from wam_cast.cast import cast_bounds, nearest_allowed
+from wam_cast.planning.free_ball import free_distances
 from wam_cast.planning.prediction import ALONG, Predictor
 from wam_cast.planning.solution import LONGEST_MISS, Solution
 from wam_cast.types import Array
@@ -23,17 +24,21 @@ def plan_by_gradient_descent(
     """Return parameters whose predicted landing is within `tolerance` [m] of `radius` [m], or the last ones tried.
 
     ``x_{i+1} = x_i - alpha grad |m(x_i) - y_cup|``, with alpha in proportion to ``|m(x_i) - y_cup|`` and the gradient by finite
-    differences. It starts in the middle of the bounds and stays within them. It terminates where the paper's does, so that it
-    hits the cup's middle no better than it must, and a local minimum holds it.
+    differences. It starts in the middle of the bounds and stays within them, where the string lets the ball rest in the cup. It
+    terminates where the paper's does, so that it hits the cup's middle no better than it must, and a local minimum holds it.
     """
     scenario = model.scenario
     lower, upper = cast_bounds(scenario)
     span = upper - lower
+    free = free_distances(scenario, radius)
+
+    def within(parameters: Array) -> Array:
+        return nearest_allowed(scenario, np.array([np.clip(parameters[0], *free), *parameters[1:]]))
 
     def distance_from_cup(scaled: Array) -> Array:
         return np.abs(model.predict(lower + span * scaled)[:, ALONG] - radius)
 
-    parameters = nearest_allowed(scenario, (lower + upper) / 2)
+    parameters = within((lower + upper) / 2)
     offsets = DIFFERENCE_STEP * np.vstack([np.zeros(3), np.eye(3), -np.eye(3)])
     path = [parameters]
     while True:
@@ -46,5 +51,5 @@ def plan_by_gradient_descent(
             return Solution(parameters, 7 * len(path), reason, (np.array(path),))
         gradient = (np.array(around[:3]) - np.array(around[3:])) / (2 * DIFFERENCE_STEP)
         scaled = scaled - STEP_FACTOR * distance * gradient
-        parameters = nearest_allowed(scenario, lower + span * scaled)
+        parameters = within(lower + span * scaled)
         path.append(parameters)

@@ -11,6 +11,7 @@ from wam_cast.deprecation import renamed
 from wam_cast.errors import InputError
 from wam_cast.parallel.threads import one_thread
 from wam_cast.planning.cast_prediction import Prediction
+from wam_cast.planning.free_ball import describe_hanging, describe_unreached
 from wam_cast.planning.gradient_descent import plan_by_gradient_descent
 from wam_cast.planning.landing_distribution import LandingStd
 from wam_cast.planning.prediction import Predictor
@@ -51,7 +52,7 @@ class Plan:
         That the ball enters the cup without touching its rim. It ends in the cup more often than that: most balls that
         touch the rim fall in all the same.
     is_feasible
-        Whether the predicted miss is at most 1 cm.
+        Whether the predicted miss is at most 1 cm, and the string lets the ball rest in a cup there.
     method
         Name of the planner; of a function its own.
     n_evaluations
@@ -60,7 +61,7 @@ class Plan:
         How many distinct casts the planner found that are predicted to land in the cup's middle; this is the best of them. The
         descent looks for one only.
     reason
-        Why the planner stopped, in words.
+        Why the planner stopped, in words; and where the ball would hang in the cup, that it would, and what mends it.
     searches
         Of each search, that of this plan first: the casts `[distance, speed, wait]` [m, m/s, s] that it went through, from its
         start to its end, shape (n, 3). A solver's trials on the way count, the casts beside one that tell its slope do not.
@@ -116,19 +117,20 @@ def plan_cast(
     """
     cup = checked_cup(cup)
     name = _checked_name(method, solver)
-    radius, _ = checked_polar(Reach.of(model), cup)
+    radius, _ = checked_polar(Reach.of(model), cup, partial(describe_unreached, model))
     planner = _planner(method, solver)
     with one_thread():
         solution = checked_solution(planner(model, radius), model.scenario, name)
         prediction = Prediction.aimed(model, solution.parameters, cup)
+    hanging = describe_hanging(model.scenario, prediction.cast.distance, radius)
     return Plan(
         cup,
         *prediction,
-        is_feasible=prediction.miss <= LONGEST_MISS,
+        is_feasible=prediction.miss <= LONGEST_MISS and not hanging,
         method=name,
         n_evaluations=solution.n_evaluations,
         n_solutions=solution.n_solutions,
-        reason=solution.reason,
+        reason=f"{solution.reason}; {hanging}" if hanging else solution.reason,
         searches=solution.searches,
     )
 

@@ -20,6 +20,7 @@ from scipy.special import expit
 
 from wam_cast.cast import PARAMETERS, cast_bounds, nearest_allowed
 from wam_cast.errors import InputError
+from wam_cast.planning.free_ball import free_distances
 from wam_cast.planning.landing_distribution import MIN_ENTRY_COSINE, N_SCATTER_CASTS, repeatability, scatter_of_move
 from wam_cast.planning.prediction import (
     ALONG,
@@ -134,6 +135,14 @@ class Evaluator:
         deviations = np.array([self._noise.distance, self._noise.speed, self._noise.wait])
         return np.minimum(MARGIN_DEVIATIONS * deviations / self.span, MAX_MARGIN)
 
+    def free_distances(self, radius: float) -> tuple[float, float]:
+        """Return between which scaled distances the ball is free in a cup at `radius` [m]; they keep the margin, as bounds do."""
+        margin = float(self.margin[0])
+        least, greatest = (np.array(free_distances(self._scenario, radius)) - self.lower[0]) / self.span[0]
+        inward = min(margin, (greatest - least) / 2)
+        least, greatest = np.clip([least + inward, greatest - inward], margin, 1.0 - margin)
+        return float(least), float(greatest)
+
     def outputs(self, scaled: Array) -> tuple[Array, Array]:
         """Return the prediction, shape (7,), and its derivative by `scaled`, shape (7, 3)."""
         linearization = self._linearize(scaled)
@@ -191,6 +200,9 @@ def build_program(model: Predictor, radius: float, *, without: tuple[Term, ...] 
     decision = np.array([program.NewContinuousVariables(1, name)[0] for name in PARAMETERS])
     margin = evaluator.margin
     program.AddBoundingBoxConstraint(margin, 1.0 - margin, decision).evaluator().set_description("bounds")
+    least, greatest = evaluator.free_distances(radius)
+    free = program.AddBoundingBoxConstraint(least, greatest, decision[0])
+    free.evaluator().set_description("string long enough for the ball to rest in the cup")
     # distance >= speed * min_move_duration, in scaled variables
     shortest = scenario.motion.min_move_duration
     row = np.array([[evaluator.span[0], -shortest * evaluator.span[1], 0.0]])
@@ -288,9 +300,14 @@ def _search(built: CastProgram, start: Array, radius: float, solver: Solver) -> 
 
 
 def _starts(model: Predictor, evaluator: Evaluator, radius: float) -> list[Array]:
-    """Return training casts, in scaled parameters, of those that landed near `radius`: the best first, and none like another."""
-    nearby = np.argsort(np.abs(model.training_outputs[:, ALONG] - radius), kind="stable")[:N_NEARBY]
-    scaled = (model.training_casts[nearby] - evaluator.lower) / evaluator.span
+    """Return training casts, in scaled parameters, of those that landed near `radius`: the best first, and none like another.
+
+    Casts that leave the ball hanging in a cup there are taken where there are no others.
+    """
+    is_free = model.scenario.tether.leaves_free(model.training_casts[:, 0], radius)
+    known = is_free if np.any(is_free) else ~is_free
+    nearby = np.argsort(np.abs(model.training_outputs[known, ALONG] - radius), kind="stable")[:N_NEARBY]
+    scaled = (model.training_casts[known][nearby] - evaluator.lower) / evaluator.span
     order = np.argsort([evaluator.cost(one)[0][0] for one in scaled], kind="stable")
     return _distinct(scaled[order], MIN_START_DISTANCE)[:N_STARTS]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
 
@@ -72,8 +73,10 @@ class Reach:
         return min(max(distance, self.nearest), self.farthest)
 
 
-def checked_polar(reach: Reach, cup: Position) -> tuple[float, float]:
+def checked_polar(reach: Reach, cup: Position, why: Callable[[float], str] = lambda _: "") -> tuple[float, float]:
     """Return the cup's distance from the base axis [m] and its bearing [rad].
+
+    `why` says in words why there is no cup at a distance [m]; "" if it does not know.
 
     Raises
     ------
@@ -83,8 +86,9 @@ def checked_polar(reach: Reach, cup: Position) -> tuple[float, float]:
     distance, bearing = to_polar(cup)
     wrong = []
     if not reach.has_distance(distance):
+        reason = f" ({words})" if (words := why(distance)) else ""
         wrong.append(
-            f"{distance:.4g} m from the base axis, out of reach: "
+            f"{distance:.4g} m from the base axis, out of reach{reason}: "
             f"choose a distance from {_inside(reach.nearest, reach.farthest, N_DIGITS)} m"
         )
     if not reach.has_bearing(bearing):

@@ -25,7 +25,7 @@ def connect_forces(builder: DiagramBuilder, plant: MultibodyPlant, scenario: Sce
     friction = coulomb_friction(scenario)
     forces = [_friction_force(builder, plant, friction)] if np.any(friction) else []
     if scenario.string.bending_stiffness > 0 and scenario.string.n_links > 1:
-        stiffness = add_system(builder, "bending_stiffness", MatrixGain(_bending_gain(plant, scenario)))
+        stiffness = add_system(builder, "bending_stiffness", MatrixGain(bending_gain(plant, scenario)))
         builder.Connect(plant.get_state_output_port(), stiffness.get_input_port())
         forces.append(stiffness.get_output_port())
     if not forces:
@@ -56,7 +56,7 @@ def _friction_force(builder: DiagramBuilder, plant: MultibodyPlant, friction: Ar
     return friction_torque.get_output_port()
 
 
-def _bending_gain(plant: MultibodyPlant, scenario: Scenario) -> Array:
+def bending_gain(plant: MultibodyPlant, scenario: Scenario) -> Array:
     """Return K, shape (n_v, n_x): the springs at the joints between links give K x at the plant's state x."""
     string, ball = scenario.string, scenario.ball
     first, last = HOOK.stop, HOOK.stop + 2 * (string.n_links - 1)

@@ -277,8 +277,8 @@ def starting_posture(arm_plant: MultibodyPlant, scenario: Scenario, bearing: flo
     lowest, highest = arm.bearing_limits
     if not lowest <= bearing <= highest:
         raise InputError(
-            f"cast.bearing = {bearing:.4g} rad: choose one from {lowest:.4g} to {highest:.4g} rad, where the "
-            f"{scenario.arm.mount}-mounted arm turns"
+            f"cast.bearing = {bearing:.4g} rad: joint 1 of the {scenario.arm.mount}-mounted arm cannot turn there; choose one from "
+            f"{lowest:.4g} to {highest:.4g} rad"
         )
     lower, upper_limit = arm_plant.GetPositionLowerLimits(), arm_plant.GetPositionUpperLimits()
     for i in np.flatnonzero((q < lower) | (q > upper_limit)):

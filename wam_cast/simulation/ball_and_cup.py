@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wam_cast.scenario import Cup, Scenario
+from wam_cast.tether import lifting_share
 from wam_cast.types import Array, Position
 
 REST_RISE = 0.005
@@ -33,6 +34,12 @@ def height_above_support(p_WL: Array, position: Position, cup: Cup) -> float:
     """Return the height [m] of `p_WL`, shape (3,), above the stand of a cup at `position`, or above the floor beside it."""
     is_over_stand = math.hypot(p_WL[0] - position[0], p_WL[1] - position[1]) < cup.base_radius
     return float(p_WL[2] - (cup.base_height if is_over_stand and p_WL[2] > cup.base_height else 0.0))
+
+
+def taut_distance(scenario: Scenario) -> float:
+    """Return from which distance between hand and ball [m] on the string can hold the ball."""
+    string = scenario.string
+    return (1 - SLACK_MARGIN - lifting_share(string.mass, scenario.ball.mass)) * string.length
 
 
 def is_inside(p_CL: Array, cup: Cup) -> NDArray[np.bool_]:

@@ -9,16 +9,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
-from pydrake.systems.framework import LeafSystem
+from pydrake.systems.analysis import Simulator
 
 from wam_cast.motion.stages import Stage
 from wam_cast.robot.drake_types import evaluate
 from wam_cast.robot.station import CastStation, Log
 from wam_cast.robot.station_state import StationState
-from wam_cast.scenario import Scenario
 from wam_cast.simulation.ball_and_cup import REST_RISE, height_above_support, is_inside, possible_rise
 from wam_cast.simulation.contact_free import ContactFree
+from wam_cast.simulation.integration import Integration, begin_integration
 from wam_cast.simulation.polling import CONTACT_POLL_PERIODS, DivergedError, advance, bounded_part, poll_ball
 
 LYING_HEIGHT = 1.1
@@ -49,12 +48,11 @@ class Contact:
 
 
 class ContactPhase:
-    """Simulates the contact phase of any number of casts under `controller`, each where its contact-free phase handed over."""
+    """Simulates the contact phase of casts in a `station` with geometry, each where its contact-free phase handed over."""
 
-    def __init__(self, scenario: Scenario, belief: Scenario | None, controller: LeafSystem) -> None:
-        self._scenario = scenario
-        self._station = CastStation(scenario, belief=belief, has_scene=True, controller=controller)
-        self._simulator = Simulator(self._station.diagram)
+    def __init__(self, station: CastStation, integration: Integration) -> None:
+        self._station, self._scenario, self._integration = station, station.scenario, integration
+        self._simulator = Simulator(station.diagram)
 
     def settle(self, free: ContactFree) -> Contact:
         """Simulate until the ball rests in the cup, lies outside of it, or the hold is over."""
@@ -100,9 +98,8 @@ class ContactPhase:
         self._station.begin(context, free.motion, free.cup, noise_seed=free.noise_seed)
         context.SetTime(free.hand_over.time)
         self._station.set_state(context, free.hand_over)
-        # A new integrator each time: it keeps the length of its last step, and outcomes must not depend on it.
-        ResetIntegratorFromFlags(self._simulator, "runge_kutta3", self._scenario.simulation.max_step)
-        self._simulator.get_mutable_integrator().set_target_accuracy(self._scenario.simulation.contact_accuracy)
+        method, accuracy = self._integration.contact_method, self._scenario.simulation.contact_accuracy
+        begin_integration(self._simulator, method, self._integration.max_step, accuracy)
         self._simulator.Initialize()
 
     def _touches_cup(self) -> bool:

@@ -1,7 +1,7 @@
 """The contact-free phase: from the start of a cast until the ball has crossed the rim plane, as if there were no cup.
 
-It runs in a station without geometry, under an explicit Runge-Kutta method of second order with a fixed step: the string's
-damping is mild enough, and between two samples of the controller the right-hand side is smooth.
+It runs in a station without geometry, under an error-controlled method of third order: explicit, or implicit where the string's
+damping is stiff. Between two samples of the controller the right-hand side is smooth.
 """
 
 from __future__ import annotations
@@ -9,18 +9,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
-from pydrake.systems.framework import LeafSystem
+from pydrake.systems.analysis import Simulator
 
 from wam_cast.cast import Cast
 from wam_cast.motion.stages import CastMotion, Stage
 from wam_cast.robot.station import CastStation, Log
 from wam_cast.robot.station_state import StationState
-from wam_cast.scenario import Scenario
 from wam_cast.simulation.ball_and_cup import SLACK_MARGIN, gap_to_contact
-from wam_cast.simulation.integration_step import integration_step
+from wam_cast.simulation.integration import begin_integration, choose_integration
 from wam_cast.simulation.polling import CONTACT_POLL_PERIODS, POLL_PERIODS, DivergedError, advance, poll_ball
 from wam_cast.types import Array, Position
+
+ACCURACY = 0.01
+"""Relative error that the integrator allows itself in a step: it keeps every step stable, and the landing to micrometres."""
 
 TRAVEL_MARGIN = 2e-4
 """How much farther than at its present speed the ball may get in a control period [m]."""
@@ -73,22 +74,21 @@ class ContactFree:
 
 
 class ContactFreePhase:
-    """Simulates the contact-free phase of any number of casts under `controller`.
+    """Simulates the contact-free phase of any number of casts in a `station` without geometry.
 
     Attributes
     ----------
     station
-        In which it runs: without geometry.
-    step
-        Of the integrator [s].
+        As given.
+    integration
+        By which method and in which steps.
     """
 
-    def __init__(self, scenario: Scenario, belief: Scenario | None, controller: LeafSystem) -> None:
-        self.station = CastStation(scenario, belief=belief, has_scene=False, controller=controller)
-        self.step = integration_step(self.station)
-        self._scenario = scenario
+    def __init__(self, station: CastStation) -> None:
+        self.station = station
+        self.integration = choose_integration(station)
+        self._scenario = station.scenario
         self._simulator = Simulator(self.station.diagram)
-        ResetIntegratorFromFlags(self._simulator, "runge_kutta2", self.step)
 
     def run(
         self, cast: Cast, cup: Position | None = None, noise_seed: int = 0, start: Start | None = None
@@ -145,6 +145,7 @@ class ContactFreePhase:
         self.station.begin(context, motion, noise_seed=noise_seed)
         if start is not None:
             self.station.set_state(context, start.state)
+        begin_integration(self._simulator, self.integration.method, self.integration.max_step, ACCURACY)
         self._simulator.Initialize()
         return motion
 

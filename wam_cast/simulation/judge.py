@@ -15,7 +15,7 @@ from wam_cast.robot.motors import motor_utilization
 from wam_cast.robot.plant import N_ARM
 from wam_cast.robot.station import CastStation, Log
 from wam_cast.scenario import Cup
-from wam_cast.simulation.ball_and_cup import SLACK_MARGIN, is_inside, touches_rim
+from wam_cast.simulation.ball_and_cup import SLACK_MARGIN, is_inside, taut_distance, touches_rim
 from wam_cast.simulation.contact import Contact
 from wam_cast.simulation.contact_free import ContactFree
 from wam_cast.simulation.kinematics import Kinematics
@@ -135,12 +135,13 @@ class Judge:
         assert free.cup is not None
         log, cup = log_of(free, contact), self._scenario.cup
         since = min(free.above_until, free.hand_over.time)
-        p_WL, _, _ = self._kinematics.evaluate(log.states[log.times >= since - 1e-9])
+        p_WL, _, p_WE = self._kinematics.evaluate(log.states[log.times >= since - 1e-9])
         c, s = math.cos(free.motion.cast.bearing), math.sin(free.motion.cast.bearing)
         R_CW = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
         p_CL = (p_WL - [*free.cup, cup.rim_height]) @ R_CW.T
         is_at_rest, is_carried = (False, False) if contact is None else (contact.is_at_rest, contact.is_carried)
-        return verdict(p_CL, is_at_rest, is_carried, cup, self._scenario.ball.radius)
+        is_taut = bool(np.linalg.norm(p_WL[-1] - p_WE[-1]) >= taut_distance(self._scenario))
+        return verdict(p_CL, is_at_rest, is_carried, cup, self._scenario.ball.radius, is_taut=is_taut)
 
     def _peak_tracking_error(self, motion: CastMotion, log: Log) -> float:
         """Return the hand's largest distance from the controller's reference [m]; nan if it has none."""
@@ -170,15 +171,19 @@ def angle_from_vertical(velocity: Array) -> float:
     return math.atan2(math.hypot(velocity[0], velocity[1]), -velocity[2])
 
 
-def verdict(p_CL: Array, is_at_rest: bool, is_carried: bool, cup: Cup, ball_radius: float) -> Status:
+def verdict(
+    p_CL: Array, is_at_rest: bool, is_carried: bool, cup: Cup, ball_radius: float, *, is_taut: bool = False
+) -> Status:
     """Return what became of a ball whose path about the cup was `p_CL`, shape (n, 3), x along the casting plane, y to its left.
 
-    `is_at_rest` and `is_carried` (the cup was touched since it came to rest) describe the end of the path.
+    `is_at_rest`, `is_carried` (the cup was touched since it came to rest) and `is_taut` (the string) describe the end of the path.
     """
     inside = is_inside(p_CL, cup)
     last = p_CL[-1]
     if inside[-1]:
-        return Status.CAUGHT if is_at_rest and is_carried else Status.NOT_SETTLED
+        if is_at_rest and is_carried:
+            return Status.CAUGHT
+        return Status.HANGING if is_taut else Status.NOT_SETTLED
     if last[2] >= 0:
         return Status.NOT_SETTLED
     if np.any(inside):

@@ -28,6 +28,8 @@ class Status(StrEnum):
     """It missed after it had touched the rim."""
     CAME_OUT = "came_out"
     """It was inside and came out again."""
+    HANGING = "hanging"
+    """At the end of the hold it was inside the cup, but in a taut string: too short to let it rest on the bottom."""
     NOT_SETTLED = "not_settled"
     """At the end of the hold it was still moving inside the cup, or had not come to lie anywhere."""
     NEVER_CROSSED = "never_crossed"

@@ -17,10 +17,11 @@ from pydrake.systems.framework import LeafSystem
 from wam_cast.cast import Cast, checked_cup
 from wam_cast.errors import InputError, checked_integer
 from wam_cast.robot.controller import CastController
-from wam_cast.robot.station import believed
+from wam_cast.robot.station import CastStation, believed
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.contact import Contact, ContactPhase
 from wam_cast.simulation.contact_free import ContactFree, ContactFreePhase, Start
+from wam_cast.simulation.integration import Integration
 from wam_cast.simulation.judge import Judge, log_of
 from wam_cast.simulation.kinematics import Kinematics
 from wam_cast.simulation.outcome import Outcome, Status
@@ -54,19 +55,22 @@ class CastSimulator:
     ) -> None:
         self.scenario, self._belief = scenario, belief
         self._make_controller = make_controller
-        self._contact_free = ContactFreePhase(scenario, belief, make_controller(believed(scenario, belief)))
+        self._contact_free = ContactFreePhase(self._station(has_scene=False))
         self._kinematics = Kinematics(self._contact_free.station.plant)
         self._judge = Judge(self._contact_free.station)
 
     @cached_property
     def _contact(self) -> ContactPhase:
+        return ContactPhase(self._station(has_scene=True), self.integration)
+
+    def _station(self, *, has_scene: bool) -> CastStation:
         controller = self._make_controller(believed(self.scenario, self._belief))
-        return ContactPhase(self.scenario, self._belief, controller)
+        return CastStation(self.scenario, belief=self._belief, has_scene=has_scene, controller=controller)
 
     @property
-    def step(self) -> float:
-        """Of the integrator in the contact-free phase [s]."""
-        return self._contact_free.step
+    def integration(self) -> Integration:
+        """How the contact-free phase is integrated, in which steps, and what a cast is expected to cost."""
+        return self._contact_free.integration
 
     def simulate(self, cast: Cast, cup: Position | None = None, *, noise_seed: int = 0) -> Outcome:
         """Simulate `cast`: with a cup at world (x, y) [m] until the ball rests or has missed, else to the landing.

@@ -88,6 +88,8 @@ def test_explanation_names_what_else_went_wrong():
     scenario = wc.Scenario()
     assert "joint 4 speed" in explain(record(limits_hit=["joint 4 speed"]), scenario)
     assert "found no cast within 10 mm" in explain(record(is_feasible=False, predicted_miss=0.02), scenario)
+    hangs = record(is_feasible=False, predicted_miss=0.002)
+    assert "found no cast that lets the ball rest in the cup" in explain(hangs, scenario)
     assert "never came down" in explain(record(**NOWHERE), scenario)
     diverged = record(status="diverged", limits_hit=["joint 2 speed"], **NOWHERE)
     assert explain(diverged, scenario) == "its simulation diverged"

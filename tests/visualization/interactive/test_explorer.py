@@ -171,7 +171,7 @@ def test_a_plan_that_cannot_hit_says_so(page, monkeypatch):
 
     monkeypatch.setattr(explorer_module, "plan_cast", plan)
     page.press(PLAN)
-    assert "No cast is predicted to land in the cup: tired" in page.caption
+    assert "No cast is predicted to end in the cup: tired" in page.caption
 
 
 def test_without_a_model_the_page_says_how_to_get_one_and_goes_on(page_without_model):

@@ -36,6 +36,7 @@ FAILURES: dict[str, str] = {
     "side": "to the side",
     "rim_bounce": "bounced off the rim",
     "came_out": "came out again",
+    "hanging": "hung in a taut string",
     "not_settled": "did not come to rest",
     "limit_hit": "limit of the arm hit",
     "never_crossed": "never came down",
@@ -143,6 +144,8 @@ def explain(trial: Record, scenario: Scenario, others: str = "the model") -> str
         return "the ball never came down to the rim plane"
     if trial["is_feasible"]:
         plan = f"the planner terminated at {_signed_mm(trial['predicted_offset'])} mm from the middle"
+    elif trial["predicted_miss"] <= LONGEST_MISS:
+        plan = "the planner found no cast that lets the ball rest in the cup"
     else:
         plan = (
             f"the planner found no cast within {1e3 * LONGEST_MISS:g} mm and kept its best one, "

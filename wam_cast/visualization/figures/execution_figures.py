@@ -38,6 +38,7 @@ MARKERS: dict[Status, str] = {
     Status.SIDE: "s",
     Status.RIM_BOUNCE: "x",
     Status.CAME_OUT: "*",
+    Status.HANGING: "d",
     Status.NOT_SETTLED: "p",
     Status.NEVER_CROSSED: "|",
     Status.LIMIT_HIT: "P",

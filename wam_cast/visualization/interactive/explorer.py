@@ -136,7 +136,7 @@ class Explorer:
             self._say(str(error))
             return None
         self.choose(plan.cast)
-        self._say("planned" if plan.is_feasible else f"no cast is predicted to land in the cup: {plan.reason}")
+        self._say("planned" if plan.is_feasible else f"no cast is predicted to end in the cup: {plan.reason}")
         return plan
 
     def move_cup_to_ball(self) -> None:

@@ -1,0 +1,75 @@
+"""How many links a string needs: how far landings are from those with the most links, and what a cast costs.
+
+Landings are those of an implicit integrator under error control, whose error is far below the differences: a string of many
+links is stiff. Costs are those of an ordinary simulation, measured in processor time.
+
+    python benchmarks/links.py [--links 5 7 10 14 20 40] [--casts 50] [--timed 3] [--seed 2]
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Sequence
+
+import numpy as np
+from accuracy import converged_landing
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from wam_cast.cast import Cast
+from wam_cast.learning.sampling import sample_cast
+from wam_cast.robot.station import CastStation
+from wam_cast.scenario import Scenario
+from wam_cast.simulation.simulator import CastSimulator
+from wam_cast.types import Array
+
+CONVERGED = SimulatorConfig(integration_scheme="radau3", accuracy=1e-4, max_step_size=0.002, use_error_control=True)
+
+
+def landings(scenario: Scenario, casts: Sequence[Cast]) -> Array:
+    """Return the converged landings' distances from the base axis [m], one a cast."""
+    station = CastStation(scenario, has_scene=False)
+    simulator = Simulator(station.diagram)
+    ApplySimulatorConfig(CONVERGED, simulator)
+    label = f"{scenario.string.n_links} links"
+    return np.array([converged_landing(station, simulator, cast) for cast in track(casts, label, transient=True)])
+
+
+def seconds(scenario: Scenario, casts: Sequence[Cast]) -> float:
+    """Return the processor time that an ordinary simulation of `casts` takes [s]."""
+    simulator = CastSimulator(scenario)
+    simulator.simulate(casts[0])
+    start = time.process_time()
+    for cast in casts:
+        simulator.simulate(cast)
+    return time.process_time() - start
+
+
+def main() -> None:
+    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    arguments.add_argument(
+        "--links", type=int, nargs="+", default=[5, 7, 10, 14, 20, 40], help="the last is the standard"
+    )
+    arguments.add_argument("--casts", type=int, default=50)
+    arguments.add_argument("--timed", type=int, default=3, help="casts whose cost is measured")
+    arguments.add_argument("--seed", type=int, default=2)
+    options = arguments.parse_args()
+    scenarios = [Scenario.from_dict({"string": {"n_links": n}}) for n in options.links]
+    casts = [sample_cast(Scenario(), options.seed, row) for row in range(options.casts)]
+    found = [landings(scenario, casts) for scenario in scenarios]
+    spent = [seconds(scenario, casts[: options.timed]) for scenario in scenarios]
+    reference = seconds(Scenario(), casts[: options.timed])
+
+    title = f"{len(casts)} random casts (seed {options.seed}), off {options.links[-1]} links [mm]"
+    table = Table("links", "cost of a cast, to the default's", "median", "P95", "max", title=title)
+    for n, along, cost in zip(options.links, found, spent, strict=True):
+        off = np.percentile(1e3 * np.abs(along - found[-1]), [50, 95, 100])
+        table.add_row(str(n), f"{cost / reference:.2g}", *(f"{value:.2f}" for value in off))
+    Console().print(table)
+
+
+if __name__ == "__main__":
+    main()

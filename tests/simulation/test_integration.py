@@ -1,0 +1,117 @@
+"""Integration: no string diverges, landings are converged, and what a cast costs is known before."""
+
+import numpy as np
+import pytest
+
+from wam_cast.cast import Cast
+from wam_cast.errors import InputError
+from wam_cast.learning.sampling import sample_cast
+from wam_cast.robot.controller import CastController
+from wam_cast.robot.station import CastStation
+from wam_cast.scenario import Noise, Scenario
+from wam_cast.simulation import contact_free
+from wam_cast.simulation.integration import EXPLICIT, IMPLICIT, choose_integration, fastest_rate
+from wam_cast.simulation.outcome import Status
+from wam_cast.simulation.simulator import CastSimulator
+
+TYPICAL = Cast(0.30, 0.60, 0.10)
+LONG = Cast(0.40, 0.85, 0.50)
+
+
+def scenario(**changes):
+    return Scenario.from_dict(changes)
+
+
+def converged(setting, cast, monkeypatch):
+    """Return the landing at a far finer accuracy, always by the explicit method."""
+    monkeypatch.setattr("wam_cast.simulation.integration.STIFFNESS", np.inf)
+    monkeypatch.setattr(contact_free, "ACCURACY", 1e-4)
+    landing = CastSimulator(setting).simulate(cast).landing
+    monkeypatch.undo()
+    return landing
+
+
+HEAVY = {"ball": {"mass": 0.045}, "string": {"length": 0.55}}
+STRINGS = [
+    HEAVY,
+    {"ball": {"mass": 0.060}},
+    {"ball": {"mass": 0.200}, "string": {"mass": 0.0005}},
+    {"ball": {"mass": 0.002}, "string": {"mass": 0.020}},
+    {"string": {"bending_damping": 0.0, "hook_damping": 0.0}},
+    {"string": {"bending_damping": 2e-5}},
+    {"string": {"n_links": 1}},
+    {"string": {"n_links": 20}},
+    {"arm": {"coulomb_friction": 1.0}},
+]
+
+
+@pytest.mark.parametrize("changes", STRINGS, ids=str)
+def test_any_string_lands_where_it_converges(changes, monkeypatch):
+    setting = scenario(**changes)
+    outcome = CastSimulator(setting).simulate(LONG)
+    assert outcome.status is Status.LANDED
+    np.testing.assert_allclose(outcome.landing, converged(setting, LONG, monkeypatch), atol=1e-4)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("ball", [0.045, 0.058, 0.060])
+def test_casts_of_a_heavy_ball_never_diverge(ball):
+    setting = scenario(ball={"mass": ball}, string={"length": 0.55})
+    simulator = CastSimulator(setting)
+    statuses = {simulator.simulate(sample_cast(setting, 0, row)).status for row in range(40)}
+    assert Status.DIVERGED not in statuses
+
+
+def test_explicit_and_implicit_method_agree(monkeypatch):
+    stiff = scenario(string={"n_links": 15})
+    landings = {}
+    for limit, method in ((np.inf, EXPLICIT), (0.0, IMPLICIT)):
+        monkeypatch.setattr("wam_cast.simulation.integration.STIFFNESS", limit)
+        simulator = CastSimulator(stiff)
+        assert simulator.integration.method == method
+        landings[method] = simulator.simulate(TYPICAL).landing
+    np.testing.assert_allclose(landings[EXPLICIT], landings[IMPLICIT], atol=2e-5)
+
+
+@pytest.mark.parametrize("changes", [{}, {"string": {"n_links": 20}}], ids=["explicit", "implicit"])
+def test_outcome_does_not_depend_on_what_was_simulated_before(changes):
+    simulator = CastSimulator(scenario(**changes))
+    before = simulator.simulate(TYPICAL)
+    simulator.simulate(LONG)
+    np.testing.assert_array_equal(simulator.simulate(TYPICAL).landing, before.landing)
+
+
+def test_stiff_string_is_integrated_implicitly():
+    for n_links, method in ((1, EXPLICIT), (10, EXPLICIT), (20, IMPLICIT), (40, IMPLICIT)):
+        station = CastStation(scenario(string={"n_links": n_links}), has_scene=False)
+        assert choose_integration(station).method == method
+
+
+def test_fastest_rate_is_that_of_a_pendulum():
+    # A point on a light rod, the hook damped: an overdamped mode of rate damping / (mass length^2).
+    setting = scenario(string={"n_links": 1, "mass": 1e-6, "hook_damping": 0.1}, ball={"radius": 0.001})
+    rate = fastest_rate(CastStation(setting, has_scene=False))
+    assert rate > 0.1 / (0.030 * 0.6**2) - 1  # the arm gives way a little, so that the string is damped faster
+    assert rate < 1000
+
+
+@pytest.mark.parametrize(
+    "changes", [{}, {"string": {"mass": 0.0005}, "ball": {"mass": 0.1}}], ids=["reference", "light"]
+)
+def test_mean_step_is_the_expected_one(changes):
+    setting = scenario(**changes)
+    phase = contact_free.ContactFreePhase(setting, CastController(setting))
+    log = phase.run(TYPICAL).log
+    n_steps = phase._simulator.get_integrator().get_num_steps_taken()
+    assert log.times[-1] / n_steps == pytest.approx(phase.integration.expected_step, rel=0.3)
+
+
+def test_swing_changes_no_integration():
+    swinging = CastStation(Scenario(noise=Noise(swing=1.0)), has_scene=False)
+    assert choose_integration(swinging) == choose_integration(CastStation(Scenario(), has_scene=False))
+
+
+@pytest.mark.parametrize("changes", [{"simulation": {"max_step": 1e-7}}, {"controller": {"period": 1e-7}}], ids=str)
+def test_cast_that_would_take_minutes_is_refused(changes):
+    with pytest.raises(InputError, match=r"would take about \d+ s.*choose longer steps"):
+        CastSimulator(scenario(**changes))

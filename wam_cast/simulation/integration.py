@@ -1,0 +1,115 @@
+"""How a cast is integrated: by which method, in which steps, and at what cost."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
+
+from wam_cast.cast import Cast
+from wam_cast.errors import InputError
+from wam_cast.robot.forces import FRICTION_SPEED, bending_gain, coulomb_friction
+from wam_cast.robot.plant import N_ARM, hanging_positions
+from wam_cast.robot.station import CastStation
+from wam_cast.types import Array
+
+EXPLICIT, IMPLICIT = "runge_kutta3", "radau3"
+
+STIFFNESS, CONTACT_STIFFNESS = 8.0, 40.0
+"""Products of fastest rate and longest step from which on the implicit method is the faster one, and so where impacts hinder it."""
+
+STABLE_STEP = 2.5
+"""Product of fastest rate and step up to which the explicit method is stable."""
+
+EXPLICIT_EVALUATIONS, IMPLICIT_EVALUATIONS = 3, 15
+"""Evaluations of the plant's accelerations in a step; of the implicit method about, with those for its Jacobian."""
+
+EVALUATION_SECONDS = 1.5e-6
+"""Processor time of an evaluation, about, for each velocity of the plant [s]."""
+
+MAX_CAST_SECONDS = 60.0
+"""Casts that take more processor time [s] are refused."""
+
+
+@dataclass(frozen=True)
+class Integration:
+    """How the casts of a scenario are integrated.
+
+    Attributes
+    ----------
+    method, contact_method
+        `runge_kutta3`, explicit, or `radau3`, implicit, where damping is so stiff that an explicit method's steps would be short:
+        in the contact-free phase, and in the contact phase.
+    max_step
+        Longest step [s].
+    expected_step
+        Mean step that is to be expected [s]; the integrator chooses each one by the error that it estimates.
+    expected_seconds
+        Processor time of an ordinary cast without a cup that is to be expected [s]; good to a factor of three.
+    """
+
+    method: str
+    contact_method: str
+    max_step: float
+    expected_step: float
+    expected_seconds: float
+
+
+def begin_integration(simulator: Simulator, method: str, max_step: float, accuracy: float) -> None:
+    """Give `simulator` a new integrator: it keeps the length of its last step, and outcomes must not depend on it."""
+    ResetIntegratorFromFlags(simulator, method, max_step)
+    simulator.get_mutable_integrator().set_target_accuracy(accuracy)
+
+
+def choose_integration(station: CastStation) -> Integration:
+    """Return how to integrate `station`; raises `.InputError` if a cast would take minutes."""
+    scenario, rate = station.scenario, fastest_rate(station)
+    max_step = min(scenario.simulation.max_step, scenario.controller.period)
+    method, contact_method = (
+        IMPLICIT if rate * max_step > limit else EXPLICIT for limit in (STIFFNESS, CONTACT_STIFFNESS)
+    )
+    step, n_evaluations = max_step, IMPLICIT_EVALUATIONS
+    if method == EXPLICIT:
+        step, n_evaluations = min(max_step, STABLE_STEP / rate), EXPLICIT_EVALUATIONS
+    distance, speed, wait = (sum(bounds) / 2 for _, bounds in scenario.bounds)
+    n_steps = (distance / speed + wait + scenario.motion.drop_duration) / step
+    seconds = n_steps * n_evaluations * EVALUATION_SECONDS * station.plant.num_velocities()
+    if seconds > MAX_CAST_SECONDS:
+        raise InputError(
+            f"simulation.max_step = {scenario.simulation.max_step:g} s, controller.period = {scenario.controller.period:g} s, "
+            f"string.n_links = {scenario.string.n_links}: a cast would take about {seconds:.0f} s of processor time; "
+            "choose longer steps and periods, or fewer links"
+        )
+    return Integration(method, contact_method, max_step, step, seconds)
+
+
+def fastest_rate(station: CastStation) -> float:
+    """Return the largest absolute eigenvalue [1/s] of small motions about the hanging string, the arm free of its controller."""
+    plant, n = station.plant, station.plant.num_velocities()
+    root = station.diagram.CreateDefaultContext()
+    station.set_start(root, Cast(0.3, 0.6, 0.1))
+    context = plant.GetMyMutableContextFromRoot(root)
+    q = hanging_positions(plant, plant.GetPositions(context)[:N_ARM])
+    plant.SetPositions(context, q)
+    mass = plant.CalcMassMatrix(context)
+    stiffness = -bending_gain(plant, station.scenario)[:, :n]
+    # Gravity's, on the string; that on the arm is the controller's to carry.
+    for i in range(N_ARM, n):
+        plant.SetPositions(context, q + 1e-6 * np.eye(n)[i])
+        stiffness[N_ARM:, i] -= 1e6 * plant.CalcGravityGeneralizedForces(context)[N_ARM:]
+    lower = [-np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, np.diag(_joint_damping(station)))]
+    modes = np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], lower]))
+    return float(np.abs(modes).max())
+
+
+def _joint_damping(station: CastStation) -> Array:
+    """Return the damping of every velocity [N m s], Coulomb friction where it is steepest."""
+    plant = station.plant
+    damping = np.zeros(plant.num_velocities())
+    for index in plant.GetJointIndices():
+        joint = plant.get_joint(index)
+        start = joint.velocity_start()
+        damping[start : start + joint.num_velocities()] = joint.default_damping_vector()
+    damping[:N_ARM] += coulomb_friction(station.scenario) / FRICTION_SPEED
+    return damping

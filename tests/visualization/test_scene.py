@@ -1,11 +1,14 @@
 """The scene of any laboratory: what the arm is mounted on, what the cup stands on, and cameras that see all of it."""
 
+import shutil
+
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from wam_cast.arm_model import models_directory
 from wam_cast.cast import Cast
 from wam_cast.robot.plant import STAND_COLOR, make_arm_plant, starting_posture
 from wam_cast.scenario import Scenario
@@ -177,3 +180,11 @@ def test_hidden_cup_is_out_of_the_picture_with_its_table(on_table):
     column, row = camera.project(np.array([[x, y - 0.3, 0.2]]))[0].round().astype(int)
     red, _, blue = image[row, column]
     assert red < 1.1 * blue
+
+
+def test_arm_whose_folder_has_a_space_is_drawn(tmp_path):
+    folder = tmp_path / "my robot"
+    shutil.copytree(models_directory() / "meshes", folder / "meshes")
+    shutil.copy(models_directory() / "wam7.urdf", folder)
+    scene = at_start(Scenario.from_dict({"arm": {"urdf": str(folder / "wam7.urdf")}}))
+    assert visual_names(scene, scene.plant.GetBodyByName("link1"))

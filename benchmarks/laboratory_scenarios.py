@@ -113,18 +113,29 @@ def _cups() -> list[Laboratory]:
 
 
 def _arms() -> list[Laboratory]:
-    floor = {"mount": "floor", "mount_height": 0.65}
-    wall = {"mount": "wall", "mount_height": 1.0}
+    floor = {"mount": "floor", "mount_height": 0.45, "wrist_pitch": 0.6}
+    wall = {"mount": "wall", "mount_height": 1.0, "wrist_pitch": 0.6}
+    slower, short = {"drop_duration": 0.5}, {"distance": [0.05, 0.25]}
+    folded = {"mount": "floor", "mount_height": 0.65}
     light = {"mass_scale": 0.9, "rotor_inertia_scale": 1.2, "viscous_friction_scale": 1.5}
     return [
         Laboratory("long forearm", "another WAM: a forearm of 0.38 m, other masses", {"arm": LONG_FOREARM}),
         Laboratory("hand", "another WAM: with a hand of 1.2 kg and a stiff wrist", {"arm": HAND}),
         Laboratory(
             "floor mount",
-            "on a table of 0.65 m",
-            {"arm": floor, "motion": {"start_radius": 0.35}, "bounds": {"distance": [0.05, 0.25]}},
+            "on a table of 0.45 m, with a drop of 0.5 s",
+            {"arm": floor, "motion": {"start_radius": 0.45, **slower}, "bounds": short},
         ),
-        Laboratory("wall mount", "from a wall, 1 m high", {"arm": wall, "motion": {"start_radius": 0.55}}),
+        Laboratory(
+            "floor mount, folded",
+            "on a table of 0.65 m, the hand so near that joint 2 meets its limits in the drop",
+            {"arm": folded, "motion": {"start_radius": 0.35}, "bounds": short},
+        ),
+        Laboratory(
+            "wall mount",
+            "from a wall, 1 m high, with a drop of 0.5 s",
+            {"arm": wall, "motion": {"start_radius": 0.6, **slower}, "bounds": short},
+        ),
         Laboratory("Coulomb friction", "all of the joints' Coulomb friction", {"arm": {"coulomb_friction": 1}}),
         Laboratory("motors with a knee", "less torque from 0.4 of the velocity limit on", {"arm": {"knee_speed": 0.4}}),
         Laboratory(

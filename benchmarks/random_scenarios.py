@@ -44,7 +44,7 @@ SHARE_SET = 0.25
 SHARE_ODD = 0.01
 """Of the fields that are set: to something that is no such value at all."""
 
-ODD = (-1.0, 0, 0.0, 1e9, 1e-9, ".nan", "three", True, None, [], [1.0], {"a": 1})
+ODD = (-1.0, 0, 0.0, 1e9, 1e-9, math.nan, math.inf, "three", True, None, [], [1.0], {"a": 1})
 
 
 class Result(NamedTuple):

@@ -12,7 +12,7 @@ import numpy as np
 from wam_cast.arm_urdf import ArmUrdf, read_urdf
 from wam_cast.scenario_parts import Arm
 from wam_cast.types import Array
-from wam_cast.urdf_file import DRAKE, MOMENTS, Element
+from wam_cast.urdf_file import DRAKE, MOMENTS, Element, number
 
 WALL_BEARING = 0.02
 """How far from the line ahead of it [rad] a wall-mounted arm casts: it cannot turn about the vertical, but the hand goes aside."""
@@ -69,11 +69,11 @@ def arm_model(arm: Arm) -> ArmModel:
 def _arm_model(path: Path, _changed: int | None, arm: Arm) -> ArmModel:
     urdf = read_urdf(path, arm)
     physical = _physical(urdf.root)
-    friction = np.array([float(_find(joint, "dynamics").attrib["friction"]) for joint in urdf.joints])
+    friction = np.array([number(joint.find("dynamics"), "friction") for joint in urdf.joints])
     friction.setflags(write=False)  # it is shared
-    limit = _find(urdf.joints[0], "limit").attrib
+    limit = urdf.joints[0].find("limit")
     turn = {"ceiling": -1.0, "floor": 1.0, "wall": 0.0}[arm.mount]
-    stops = sorted(turn * float(limit[key]) for key in ("lower", "upper")) if turn else (-WALL_BEARING, WALL_BEARING)
+    stops = sorted(turn * number(limit, key) for key in ("lower", "upper")) if turn else (-WALL_BEARING, WALL_BEARING)
     depth, hand = urdf.places[1, 2], urdf.places[-1]
     radius, height = {"ceiling": (0.0, -depth), "floor": (0.0, depth), "wall": (depth, 0.0)}[arm.mount]
     _scale(urdf, arm)
@@ -103,18 +103,18 @@ def _physical(root: Element) -> str:
 def _scale(urdf: ArmUrdf, arm: Arm) -> None:
     """Scale what the scenario says of friction, masses, inertias, rotors and torques."""
     for i, joint in enumerate(urdf.joints):
-        _multiply(_find(joint, "dynamics"), ("damping",), arm.viscous_friction_scale[i])
-        _multiply(_find(joint, "limit"), ("effort",), arm.torque_scale[i])
-        inertial = _find(urdf.root, f"link[@name='link{i + 1}']/inertial")
-        _multiply(_find(inertial, "mass"), ("value",), arm.mass_scale[i])
-        _multiply(_find(inertial, "inertia"), MOMENTS, arm.mass_scale[i] * arm.inertia_scale[i])
-        motor = f"transmission/joint[@name='{joint.get('name')}']/../actuator/{DRAKE}rotor_inertia"
-        _multiply(_find(urdf.root, motor), ("value",), arm.rotor_inertia_scale[i])
+        _multiply(_part(joint, "dynamics"), ("damping",), arm.viscous_friction_scale[i])
+        _multiply(_part(joint, "limit"), ("effort",), arm.torque_scale[i])
+        inertial = _part(urdf.root, f"link[@name='link{i + 1}']/inertial")
+        _multiply(_part(inertial, "mass"), ("value",), arm.mass_scale[i])
+        _multiply(_part(inertial, "inertia"), MOMENTS, arm.mass_scale[i] * arm.inertia_scale[i])
+        motor = _part(urdf.root, f"transmission/joint[@name='{joint.get('name')}']/../actuator/{DRAKE}rotor_inertia")
+        _multiply(motor, ("value",), arm.rotor_inertia_scale[i])
 
 
-def _find(element: Element, path: str) -> Element:
-    """Return what a URDF that was read is known to have."""
-    found = element.find(path)
+def _part(owner: Element, path: str) -> Element:
+    """Return an element that `read_urdf` has seen to."""
+    found = owner.find(path)
     assert found is not None
     return found
 

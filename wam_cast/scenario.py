@@ -92,15 +92,17 @@ class Scenario(Part):
                 f"arm.mount_height = {self.arm.mount_height:g} m, where the arm hangs"
             )
         if needed >= motion.start_height:
+            longest = motion.start_height - needed + self.string.length
+            shorter = f"allow less than {longest:.3g} m, or " if longest > 2 * self.ball.radius else ""
             raise ValueError(
-                f"string.length = {self.string.length:g} m is too long for a hand {motion.start_height:g} m high: the ball "
-                f"must hang above the rim, so allow less than {motion.start_height - needed + self.string.length:.3g} m, or "
-                f"raise motion.start_height"
+                f"string.length = {self.string.length:g} m is too long for a hand {motion.start_height:g} m high: the ball must "
+                f"hang above the rim, so {shorter}raise motion.start_height above {needed:.4g} m"
             )
-        if motion.drop_distance >= motion.start_height - self.cup.rim_height:
+        deepest = motion.start_height - self.cup.rim_height
+        if motion.drop_distance >= deepest:
             raise ValueError(
                 f"motion.drop_distance = {motion.drop_distance:g} m takes the hand down to the cup's rim: allow less than "
-                f"{motion.start_height - self.cup.rim_height:.3g} m"
+                f"{deepest:.3g} m"
             )
 
     def _check_string(self) -> None:

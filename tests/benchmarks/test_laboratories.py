@@ -6,10 +6,11 @@ from types import SimpleNamespace
 import laboratories
 import pytest
 import random_scenarios
-from laboratory_scenarios import LABORATORIES, Laboratory, arranged, on_stand, scenarios_of
+from laboratory_scenarios import HAND, LABORATORIES, LONG_FOREARM, Laboratory, arranged, on_stand, scenarios_of
 
+from wam_cast.arm_model import arm_model
 from wam_cast.errors import InputError
-from wam_cast.scenario import Scenario
+from wam_cast.scenario import Arm, Scenario
 
 
 def test_there_are_enough_and_each_has_its_name():
@@ -32,6 +33,13 @@ def test_a_motion_is_arranged_in_proportion_to_the_reference():
     floor = Scenario.from_dict(arranged({"string": {"length": 0.3}}))
     assert table.motion.start_height - floor.motion.start_height == pytest.approx(0.3)
     assert table.motion.drop_distance == floor.motion.drop_distance
+
+
+def test_the_other_arms_are_longer_by_what_they_say():
+    shipped, forearm, hand = (arm_model(Arm(**arm)) for arm in ({}, LONG_FOREARM, HAND))
+    assert forearm.stretched_length - shipped.stretched_length == pytest.approx(0.08)
+    assert hand.stretched_length - shipped.stretched_length == pytest.approx(0.09)
+    assert list(hand.coulomb_friction / shipped.coulomb_friction) == pytest.approx([1, 1, 1, 1, 2, 2, 3])
 
 
 def test_what_was_done_is_read_again(tmp_path, monkeypatch, capsys):

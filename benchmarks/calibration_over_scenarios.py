@@ -2,9 +2,9 @@
 
     python benchmarks/calibration_over_scenarios.py [--scenarios 24] [--casts 250] [--fresh 150] [--seed 1]
 
-String, ball and gains are drawn over the documented range, the heights and the drop are made to fit. Prints a row a scenario: the
+String, ball and gains are drawn over the documented range, the heights and the drop are made to fit. Prints a line a scenario: the
 model's errors, the share of fresh casts within two standard deviations, of all and of the third of which the model is most sure
-(among these a planner chooses), and quantiles of the error by the standard deviation. A scenario without a model is a row, too.
+(among these a planner chooses), and quantiles of the error by the standard deviation. A scenario without a model is a line, too.
 One core needs about a minute for each scenario.
 """
 
@@ -15,8 +15,6 @@ import math
 
 import numpy as np
 from rich.console import Console
-from rich.progress import track
-from rich.table import Table
 
 from wam_cast.cast import PARAMETERS
 from wam_cast.errors import InputError
@@ -78,29 +76,25 @@ def main() -> None:
     arguments.add_argument("--seed", type=int, default=1)
     arguments.add_argument("--workers", type=int, help="default: one for each processor")
     options = arguments.parse_args()
-    table = Table(
-        *("seed", "string", "ball [g]", "RMSE [mm]", "within 2", "of the surest", "|z| 50, 95, 99 %"),
-        title=f"{options.casts} training casts, {options.fresh} fresh ones",
+    console, covered = Console(), []
+    console.print(
+        "seed, string (length, mass, links), ball: RMSE, within 2 std, of the surest third, |z| at 50, 95, 99 %"
     )
-    covered = []
     with Workers(options.workers) as workers:
-        for seed in track(range(options.seed, options.seed + options.scenarios), console=Console(stderr=True)):
+        for seed in range(options.seed, options.seed + options.scenarios):
             scenario = draw_scenario(seed)
-            string = f"{scenario.string.length:.2f} m, {1e3 * scenario.string.mass:.1f} g, {scenario.string.n_links}"
-            row = [str(seed), string, f"{1e3 * scenario.ball.mass:.1f}"]
+            string, ball = scenario.string, scenario.ball
+            name = f"{seed}, {string.length:.2f} m {1e3 * string.mass:.1f} g {string.n_links}, {1e3 * ball.mass:.1f} g"
             try:
                 errors, std = errors_of_fresh_casts(scenario, options.casts, options.fresh, workers)
             except InputError as error:
-                table.add_row(*row, f"no model: {str(error)[:60]}")
+                console.print(f"{name}: no model: {error}")
                 continue
             z = np.abs(errors) / std
             covered.append(float(np.mean(z <= 2)))
-            surest = std <= np.quantile(std, 1 / 3)
-            quantiles = ", ".join(f"{value:.2f}" for value in np.quantile(z, (0.5, 0.95, 0.99)))
-            surest_covered = f"{np.mean(z[surest] <= 2):.0%}"
-            table.add_row(*row, f"{1e3 * rmse(errors):.2f}", f"{covered[-1]:.1%}", surest_covered, quantiles)
-    console = Console()
-    console.print(table)
+            surest = np.mean(z[std <= np.quantile(std, 1 / 3)] <= 2)
+            quantiles = " ".join(f"{value:.2f}" for value in np.quantile(z, (0.5, 0.95, 0.99)))
+            console.print(f"{name}: {1e3 * rmse(errors):.2f} mm, {covered[-1]:.1%}, {surest:.0%}, {quantiles}")
     if covered:
         n_right = sum(abs(share - 0.95) <= 0.05 for share in covered)
         console.print(f"{n_right} of {len(covered)} within 90 to 100 %, {np.mean(covered):.1%} on average")

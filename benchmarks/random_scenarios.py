@@ -31,8 +31,8 @@ from rich.progress import Progress
 
 from wam_cast.errors import InputError
 from wam_cast.learning.sampling import sample_cast
-from wam_cast.robot.loop_stability import check_loop
 from wam_cast.scenario import Scenario
+from wam_cast.simulation.loop_stability import check_loop
 from wam_cast.simulation.outcome import Outcome, Status
 from wam_cast.simulation.simulator import CastSimulator
 

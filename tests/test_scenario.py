@@ -287,7 +287,7 @@ def test_every_value_is_known_to_matter_or_not_to():
 
 
 def test_fingerprint_changes_with_the_arm_but_not_with_its_looks(tmp_path, monkeypatch):
-    import wam_cast.arm_model as module
+    import wam_cast.arm.arm_model as module
 
     original = (module.models_directory() / "wam7.urdf").read_text(encoding="utf-8")
     here, meshes = Scenario().fingerprint, module.models_directory() / "meshes"

@@ -16,7 +16,7 @@ from typing import Any, Self
 import yaml
 from pydantic import ValidationError, model_validator
 
-from wam_cast.arm_model import arm_model
+from wam_cast.arm.arm_model import arm_model
 from wam_cast.errors import InputError, describe_validation
 from wam_cast.scenario_parts import (
     Arm,

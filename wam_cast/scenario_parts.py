@@ -56,7 +56,7 @@ class Arm(Part):
     ----------
     urdf
         The arm's model file; a path in a scenario file counts from that file's folder. By default the shipped `models/wam7.urdf`.
-        Any URDF will do whose seven revolute joints are arranged as the WAM's: see `wam_cast.arm_model`.
+        Any URDF will do whose seven revolute joints are arranged as the WAM's: see `wam_cast.arm.arm_model`.
     base_frame, hand_frame
         Names of the links that are mounted and that the string hangs from.
     joints

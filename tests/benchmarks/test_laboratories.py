@@ -8,7 +8,7 @@ import pytest
 import random_scenarios
 from laboratory_scenarios import HAND, LABORATORIES, LONG_FOREARM, Laboratory, arranged, on_stand, scenarios_of
 
-from wam_cast.arm_model import arm_model
+from wam_cast.arm.arm_model import arm_model
 from wam_cast.errors import InputError
 from wam_cast.scenario import Arm, Scenario
 

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 import wam_cast as wc
-from wam_cast.arm_model import arm_model
+from wam_cast.arm.arm_model import arm_model
 from wam_cast.cast import Cast
 from wam_cast.casting_plane import from_polar
 from wam_cast.experiments import trials as module

@@ -370,7 +370,7 @@ def test_a_changed_model_of_the_arm_is_noticed(no_physics, tmp_path, monkeypatch
     urdf = (ROOT / "models" / "wam7.urdf").read_text()
     assert "<mass value=" in urdf
     (tmp_path / "wam7.urdf").write_text(urdf.replace('<mass value="', '<mass value="1', 1))
-    monkeypatch.setattr("wam_cast.arm_model.models_directory", lambda: tmp_path)
+    monkeypatch.setattr("wam_cast.arm.arm_model.models_directory", lambda: tmp_path)
     with pytest.raises(InputError, match="the arm's model changed since"):
         CastDataset.load(tmp_path / "data")
 

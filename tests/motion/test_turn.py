@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from wam_cast.arm_model import arm_model
+from wam_cast.arm.arm_model import arm_model
 from wam_cast.cast import Cast
 from wam_cast.motion.pendulum import swing_frequency
 from wam_cast.motion.stages import CastMotion, Stage

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from wam_cast.arm_model import arm_model
+from wam_cast.arm.arm_model import arm_model
 from wam_cast.cast import is_allowed
 from wam_cast.casting_plane import to_casting_plane
 from wam_cast.errors import InputError

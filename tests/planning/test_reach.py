@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from wam_cast.arm_model import arm_model
+from wam_cast.arm.arm_model import arm_model
 from wam_cast.casting_plane import from_polar, to_polar
 from wam_cast.errors import InputError
 from wam_cast.planning.reach import BEARING_MARGIN, Reach, checked_polar

@@ -16,7 +16,7 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import SpatialInertia
 
-from wam_cast.arm_model import arm_model
+from wam_cast.arm.arm_model import arm_model
 from wam_cast.scenario import Arm
 
 MODELS = Path(__file__).parents[2] / "models"

@@ -8,7 +8,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JacobianWrtVariable
 from pydrake.systems.analysis import Simulator
 
-from wam_cast.arm_model import models_directory
+from wam_cast.arm.arm_model import models_directory
 from wam_cast.cast import Cast
 from wam_cast.motion.stages import CastMotion, Stage
 from wam_cast.robot.controller import ArmController, CastController

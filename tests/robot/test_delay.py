@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from wam_cast.robot.delay import delay_line, fill
+from wam_cast.robot.motors import delay_line, fill
 
 SAMPLE = np.array([1.0, -2.0, 0.5, 4.0, 0.1, -0.3, 7.0])
 

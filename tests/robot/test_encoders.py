@@ -5,7 +5,7 @@ import csv
 import numpy as np
 import pytest
 
-from wam_cast.arm_model import models_directory
+from wam_cast.arm.arm_model import models_directory
 from wam_cast.robot.encoders import Encoders, encoder_resolution
 from wam_cast.robot.plant import make_arm_plant
 from wam_cast.scenario import Scenario

@@ -7,7 +7,7 @@ import pytest
 from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 from pydrake.systems.framework import LeafSystem
 
-from wam_cast.arm_model import arm_model, models_directory
+from wam_cast.arm.arm_model import arm_model, models_directory
 from wam_cast.cast import Cast, default_cup
 from wam_cast.errors import InputError
 from wam_cast.motion.stages import CastMotion

@@ -8,7 +8,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from wam_cast.arm_model import models_directory
+from wam_cast.arm.arm_model import models_directory
 from wam_cast.cast import Cast
 from wam_cast.robot.plant import STAND_COLOR, make_arm_plant, starting_posture
 from wam_cast.scenario import Scenario

@@ -22,7 +22,7 @@ from wam_cast.cli.output_files import ThrowFiles, check_picture
 from wam_cast.cli.results import Executed, plan_record, print_json, throw_record
 from wam_cast.cli.terminal import err, out, phase_progress, progress
 from wam_cast.errors import InputError
-from wam_cast.learning.failed_casts import describe_failed_casts, failed_casts
+from wam_cast.learning.parts import describe_failed_casts, failed_casts
 from wam_cast.types import Position
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)

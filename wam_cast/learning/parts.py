@@ -1,4 +1,4 @@
-"""A dataset's three parts as arrays, the test part under seal."""
+"""A dataset's three parts as arrays, the test part under seal, and what of it is not learned from."""
 
 from __future__ import annotations
 
@@ -9,12 +9,24 @@ from numpy.typing import NDArray
 
 from wam_cast.cast import PARAMETERS
 from wam_cast.errors import InputError
-from wam_cast.learning.failed_casts import describe_failed_casts
 from wam_cast.planning.prediction import OUTPUTS
 from wam_cast.types import Array
 
 if TYPE_CHECKING:
     from wam_cast.learning.dataset import CastDataset
+
+
+REMEDIES = {
+    "diverged": "the simulation diverged; choose lower controller.kp and kd, or a shorter simulation.max_step",
+    "never_crossed": (
+        "the ball never came down to the rim; choose a longer motion.drop_distance or string.length, or a lower "
+        "cup.rim_height"
+    ),
+    "limit_hit": (
+        "the arm met a limit; choose a longer motion.drop_duration, a lower bounds.speed, or lower controller.kp and kd"
+    ),
+}
+"""What mends casts that end so, by status."""
 
 
 class Part(NamedTuple):
@@ -79,3 +91,28 @@ def _usable(data: CastDataset, rows: NDArray[np.intp]) -> Part:
         frame[list(OUTPUTS)].to_numpy(dtype=float),
         (frame["status"] == "landed").to_numpy() & frame["is_slack"].to_numpy(dtype=bool),
     )
+
+
+def failed_casts(data: CastDataset) -> dict[str, dict[str, int]]:
+    """Return, by the status of casts that failed, how many there are (`casts`) and how many of them are learned from (`learned`).
+
+    Whatever landed is learned from; a cast that met a limit counts as one that the arm cannot do.
+    """
+    frame = data.frame
+    is_learned = frame[list(OUTPUTS)].notna().all(axis=1)
+    failed = {status: (frame["status"] == status).to_numpy() for status in REMEDIES}
+    return {
+        status: {"casts": int(rows.sum()), "learned": int(is_learned[rows].sum())}
+        for status, rows in failed.items()
+        if rows.any()
+    }
+
+
+def describe_failed_casts(data: CastDataset) -> list[str]:
+    """Return a line for each kind of failed casts: how many, whether they are learned from, and what would mend them."""
+    lines = []
+    for status, counts in failed_casts(data).items():
+        n, n_learned = counts["casts"], counts["learned"]
+        learned = f"{n_learned} of them landed and are learned from" if n_learned else "not learned from"
+        lines.append(f"{n} of {len(data)} casts {status} ({learned}): {REMEDIES[status]}")
+    return lines

@@ -20,7 +20,7 @@ import numpy as np
 from scipy.interpolate import BPoly
 from scipy.optimize import brentq
 
-from wam_cast.arm_model import arm_model
+from wam_cast.arm.arm_model import arm_model
 from wam_cast.motion.pendulum import Pendulum, hand_above, pendulum_derivatives
 from wam_cast.motion.spline import QuinticSpline
 from wam_cast.scenario import Scenario

@@ -12,7 +12,7 @@ from pydrake.multibody.tree import JacobianWrtVariable
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, NumericParameterIndex
 from scipy.linalg.lapack import dposv
 
-from wam_cast.arm_model import arm_model
+from wam_cast.arm.arm_model import arm_model
 from wam_cast.cast import Cast, default_cast
 from wam_cast.motion.stages import CastMotion
 from wam_cast.robot.drake_types import declare_cache_entry, evaluate

@@ -1,10 +1,11 @@
-"""The motors: the torques that they give of what is commanded."""
+"""The motors: the torques that they give of what is commanded, delayed and held from sample to sample."""
 
 from __future__ import annotations
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
+from pydrake.systems.primitives import LinearSystem
 
 from wam_cast.robot.drake_types import evaluate
 from wam_cast.robot.plant import N_ARM
@@ -71,3 +72,20 @@ class Motors(LeafSystem):
         speed = motor_utilization(v, self._velocity_limits)
         left = np.clip((1 - speed) / (1 - self._knee), 1e-6, 1.0)
         return np.asarray(self._limits * np.where(commanded * v > 0, left, 1.0))
+
+
+def delay_line(n_samples: int, period: float) -> LinearSystem:
+    """Return a block that samples torques [N m] (7) every `period` [s] and gives the one of `n_samples` before the next.
+
+    Drake's own blocks for it start at zero, this one with what its default state is made.
+
+    One sample is a zero-order hold: the last torque, until the next one. The state is the samples, the newest first.
+    """
+    n = n_samples * N_ARM
+    first, last = np.eye(n, N_ARM), np.eye(N_ARM, n, n - N_ARM)
+    return LinearSystem(np.eye(n, k=-N_ARM), first, last, np.zeros((N_ARM, N_ARM)), period)
+
+
+def fill(line: LinearSystem, torque: Array) -> Array:
+    """Return the state of a delay line that was given `torque` [N m], (7,), ever since."""
+    return np.tile(torque, line.num_states() // N_ARM)

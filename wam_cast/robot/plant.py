@@ -27,7 +27,7 @@ from pydrake.multibody.tree import (
 )
 from scipy.optimize import brentq
 
-from wam_cast.arm_model import arm_model
+from wam_cast.arm.arm_model import arm_model
 from wam_cast.cast import default_cup
 from wam_cast.errors import InputError
 from wam_cast.robot.cup_mesh import cup_mesh

@@ -15,18 +15,17 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, System
 from pydrake.systems.primitives import LinearSystem, LogVectorOutput
 
-from wam_cast.arm_model import arm_model
+from wam_cast.arm.arm_model import arm_model
 from wam_cast.cast import Cast
 from wam_cast.casting_plane import to_casting_plane
 from wam_cast.errors import InputError
 from wam_cast.motion.stages import CastMotion
 from wam_cast.robot.ball_tracker import BallTracker
 from wam_cast.robot.controller import CastController
-from wam_cast.robot.delay import delay_line, fill
 from wam_cast.robot.drake_types import add_system, evaluate, translation
 from wam_cast.robot.encoders import Encoders, encoder_resolution
 from wam_cast.robot.forces import connect_forces
-from wam_cast.robot.motors import Motors
+from wam_cast.robot.motors import Motors, delay_line, fill
 from wam_cast.robot.noise import TorqueNoise, executed_cast, swing_at_start
 from wam_cast.robot.plant import HOOK, fill_plant, hanging_positions, make_arm_plant, starting_posture
 from wam_cast.robot.station_state import StationState

@@ -17,7 +17,6 @@ from pydrake.systems.framework import LeafSystem
 from wam_cast.cast import Cast, checked_cup
 from wam_cast.errors import InputError, checked_integer
 from wam_cast.robot.controller import CastController
-from wam_cast.robot.loop_stability import check_loop
 from wam_cast.robot.station import CastStation, believed
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.contact import Contact, ContactPhase
@@ -25,6 +24,7 @@ from wam_cast.simulation.contact_free import ContactFree, ContactFreePhase, Star
 from wam_cast.simulation.integration import Integration
 from wam_cast.simulation.judge import Judge, log_of
 from wam_cast.simulation.kinematics import Kinematics
+from wam_cast.simulation.loop_stability import check_loop
 from wam_cast.simulation.outcome import Outcome, Status
 from wam_cast.simulation.recording import CastRecording, Throw
 from wam_cast.types import Position

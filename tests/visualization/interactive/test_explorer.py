@@ -9,7 +9,7 @@ import msgpack
 import numpy as np
 import pytest
 
-from wam_cast.arm_model import arm_model
+from wam_cast.arm.arm_model import arm_model
 from wam_cast.cast import Cast, is_allowed
 from wam_cast.learning.reference import reference_model
 from wam_cast.planning.plan import plan_cast

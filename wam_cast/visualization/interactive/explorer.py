@@ -11,7 +11,7 @@ from dataclasses import asdict
 import numpy as np
 from pydrake.geometry import Meshcat
 
-from wam_cast.arm_model import arm_model
+from wam_cast.arm.arm_model import arm_model
 from wam_cast.cast import Cast, cast_bounds, checked_cup, nearest_allowed
 from wam_cast.casting_plane import from_polar, to_polar
 from wam_cast.errors import InputError

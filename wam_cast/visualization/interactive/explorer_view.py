@@ -8,7 +8,7 @@ import numpy as np
 from pydrake.geometry import Cylinder, MeshcatAnimation, Rgba
 from pydrake.math import RigidTransform, RotationMatrix
 
-from wam_cast.arm_model import arm_model
+from wam_cast.arm.arm_model import arm_model
 from wam_cast.cast import Cast
 from wam_cast.motion.stages import Stage
 from wam_cast.planning.landing_distribution import LandingStd

@@ -8,12 +8,12 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import pytest
 
-from wam_cast.arm_model import arm_model, models_directory
-from wam_cast.arm_urdf import JOINTS
+from wam_cast.arm.arm_model import arm_model, models_directory
+from wam_cast.arm.arm_urdf import JOINTS
+from wam_cast.arm.urdf_file import DRAKE, MOMENTS, rotation, rpy_of
 from wam_cast.cast import Cast
 from wam_cast.errors import InputError
 from wam_cast.scenario import Arm, Scenario
-from wam_cast.urdf_file import DRAKE, MOMENTS, rotation, rpy_of
 
 SHIPPED = models_directory() / "wam7.urdf"
 CASTS = (Cast(0.3, 0.6, 0.1), Cast(0.2, 0.45, 0.3, bearing=0.7))

@@ -12,10 +12,7 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from wam_cast.errors import InputError
-from wam_cast.scenario_parts import Arm
-from wam_cast.types import Array
-from wam_cast.urdf_file import (
+from wam_cast.arm.urdf_file import (
     DRAKE,
     Element,
     check_inertia,
@@ -29,6 +26,9 @@ from wam_cast.urdf_file import (
     rotation,
     rpy_of,
 )
+from wam_cast.errors import InputError
+from wam_cast.scenario_parts import Arm
+from wam_cast.types import Array
 
 AXES = "zyzyzyz"
 """About which the joints turn at zero."""

@@ -8,7 +8,9 @@ import pytest
 from wam_cast.cast import Cast
 from wam_cast.errors import InputError
 from wam_cast.robot.controller import CastController, MeasuredArm
-from wam_cast.robot.loop_stability import (
+from wam_cast.robot.plant import N_ARM, make_arm_plant
+from wam_cast.scenario import Scenario
+from wam_cast.simulation.loop_stability import (
     MAX_GROWTH,
     _arm_dynamics,
     _corner_postures,
@@ -16,8 +18,6 @@ from wam_cast.robot.loop_stability import (
     check_loop,
     loop_growth,
 )
-from wam_cast.robot.plant import N_ARM, make_arm_plant
-from wam_cast.scenario import Scenario
 from wam_cast.simulation.outcome import Status
 from wam_cast.simulation.simulator import CastSimulator
 

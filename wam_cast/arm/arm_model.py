@@ -9,10 +9,10 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from wam_cast.arm_urdf import ArmUrdf, read_urdf
+from wam_cast.arm.arm_urdf import ArmUrdf, read_urdf
+from wam_cast.arm.urdf_file import DRAKE, MOMENTS, Element, number
 from wam_cast.scenario_parts import Arm
 from wam_cast.types import Array
-from wam_cast.urdf_file import DRAKE, MOMENTS, Element, number
 
 WALL_BEARING = 0.02
 """How far from the line ahead of it [rad] a wall-mounted arm casts: it cannot turn about the vertical, but the hand goes aside."""
@@ -54,7 +54,7 @@ class ArmModel:
 
 def models_directory() -> Path:
     """Return the folder of the robot's models: inside the package once installed, beside it in a checkout."""
-    installed = Path(__file__).with_name("models")
+    installed = Path(__file__).parents[1] / "models"
     return installed if installed.is_dir() else installed.parents[1] / "models"
 
 

@@ -5,21 +5,21 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from wam_cast.planning.prediction import OUTPUTS
-from wam_cast.simulation.outcome import Status
 
 if TYPE_CHECKING:
     from wam_cast.learning.dataset import CastDataset
 
 REMEDIES = {
-    Status.DIVERGED: "the simulation diverged; choose lower controller.kp and kd, or a shorter simulation.max_step",
-    Status.NEVER_CROSSED: (
+    "diverged": "the simulation diverged; choose lower controller.kp and kd, or a shorter simulation.max_step",
+    "never_crossed": (
         "the ball never came down to the rim; choose a longer motion.drop_distance or string.length, or a lower "
         "cup.rim_height"
     ),
-    Status.LIMIT_HIT: (
+    "limit_hit": (
         "the arm met a limit; choose a longer motion.drop_duration, a lower bounds.speed, or lower controller.kp and kd"
     ),
 }
+"""By `.Status`, what happened and what would mend it."""
 
 
 def failed_casts(data: CastDataset) -> dict[str, dict[str, int]]:
@@ -29,7 +29,7 @@ def failed_casts(data: CastDataset) -> dict[str, dict[str, int]]:
     """
     frame = data.frame
     is_learned = frame[list(OUTPUTS)].notna().all(axis=1)
-    failed = {status.value: (frame["status"] == status.value).to_numpy() for status in REMEDIES}
+    failed = {status: (frame["status"] == status).to_numpy() for status in REMEDIES}
     return {
         status: {"casts": int(rows.sum()), "learned": int(is_learned[rows].sum())}
         for status, rows in failed.items()
@@ -43,5 +43,5 @@ def describe_failed_casts(data: CastDataset) -> list[str]:
     for status, counts in failed_casts(data).items():
         n, n_learned = counts["casts"], counts["learned"]
         learned = f"{n_learned} of them landed and are learned from" if n_learned else "not learned from"
-        lines.append(f"{n} of {len(data)} casts {status} ({learned}): {REMEDIES[Status(status)]}")
+        lines.append(f"{n} of {len(data)} casts {status} ({learned}): {REMEDIES[status]}")
     return lines

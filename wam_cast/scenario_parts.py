@@ -110,8 +110,7 @@ class String(Part):
     length
         From the hook in the hand to the ball's centre [m]; the links share it but for the ball's radius.
     n_links
-        Number of links. A cast takes twice as long with 15 as with 10, five times with 20, ten times with 30 and twenty times
-        with 40.
+        Number of links. A cast with 15 takes twice as long as one with 10, with 20 four times, 30 nine, 40 twenty times.
     mass
         Of the whole string [kg].
     bending_damping

@@ -103,7 +103,7 @@ def test_mean_step_is_the_expected_one(changes):
     phase = contact_free.ContactFreePhase(setting, CastController(setting))
     log = phase.run(TYPICAL).log
     n_steps = phase._simulator.get_integrator().get_num_steps_taken()
-    assert log.times[-1] / n_steps == pytest.approx(phase.integration.expected_step, rel=0.3)
+    assert log.times[-1] / n_steps == pytest.approx(phase.integration.expected_step, rel=0.5)
 
 
 def test_swing_changes_no_integration():

@@ -28,6 +28,9 @@ EXPLICIT_EVALUATIONS, IMPLICIT_EVALUATIONS = 3, 15
 EVALUATION_SECONDS = 1.5e-6
 """Processor time of an evaluation, about, for each velocity of the plant [s]."""
 
+SAMPLE_SECONDS = 1e-4
+"""The same of a control period, about: the controller's [s]."""
+
 MAX_CAST_SECONDS = 60.0
 """Casts that take more processor time [s] are refused."""
 
@@ -44,7 +47,7 @@ class Integration:
     max_step
         Longest step [s].
     expected_step
-        Mean step that is to be expected [s]; the integrator chooses each one by the error that it estimates.
+        Mean step that is to be expected [s], good to a factor of two: the integrator chooses each by the error that it estimates.
     expected_seconds
         Processor time of an ordinary cast without a cup that is to be expected [s]; good to a factor of three.
     """
@@ -73,8 +76,9 @@ def choose_integration(station: CastStation) -> Integration:
     if method == EXPLICIT:
         step, n_evaluations = min(max_step, STABLE_STEP / rate), EXPLICIT_EVALUATIONS
     distance, speed, wait = (sum(bounds) / 2 for _, bounds in scenario.bounds)
-    n_steps = (distance / speed + wait + scenario.motion.drop_duration) / step
-    seconds = n_steps * n_evaluations * EVALUATION_SECONDS * station.plant.num_velocities()
+    duration = distance / speed + wait + scenario.motion.drop_duration
+    step_seconds = n_evaluations * EVALUATION_SECONDS * station.plant.num_velocities()
+    seconds = duration * (step_seconds / step + SAMPLE_SECONDS / scenario.controller.period)
     if seconds > MAX_CAST_SECONDS:
         raise InputError(
             f"simulation.max_step = {scenario.simulation.max_step:g} s, controller.period = {scenario.controller.period:g} s, "

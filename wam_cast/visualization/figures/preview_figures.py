@@ -82,7 +82,8 @@ def draw_scenario(axes: Axes, view: SideOfScenario) -> None:
         axes.plot(*joints.T, label=name, zorder=4, **look)
     _draw_string(axes, view)
     draw_cup_section(axes, cup, view.cup)
-    axes.plot(view.cups, [cup.base_height] * 2, label="where a cup can stand", zorder=1.5, **CUPS_LINE)
+    if np.isfinite(view.cups).all():
+        axes.plot(view.cups, [cup.base_height] * 2, label="where a cup can stand", zorder=1.5, **CUPS_LINE)
     for label, chosen, look in (
         ("landing, good for a cup", view.is_good, GOOD_MARK),
         ("landing, not good", ~view.is_good & np.isfinite(view.landings), OTHER_MARK),
@@ -99,7 +100,7 @@ def _draw_string(axes: Axes, view: SideOfScenario) -> None:
     """Draw string and ball as they hang at the start."""
     hand = next(iter(view.postures.values()))[-1]
     ball = hand[0], hand[1] - view.scenario.string.length
-    axes.plot([hand[0], ball[0]], [hand[1], ball[1]], zorder=3, **STRING_LINE)
+    axes.plot([hand[0], ball[0]], [hand[1], ball[1]], label="string and ball at the start", zorder=3, **STRING_LINE)
     axes.add_patch(
         Circle(ball, view.scenario.ball.radius, facecolor=BALL_COLOR, edgecolor=INK, linewidth=0.6, zorder=5)
     )

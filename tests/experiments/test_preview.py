@@ -68,7 +68,7 @@ def test_a_string_that_just_reaches_across_the_cup_lets_the_ball_rest():
 
 
 def test_a_cup_on_a_stand_needs_less_string():
-    table = scenario(cup={"base_height": 0.1, "rim_height": 0.2})
+    table = scenario(cup={"base_height": 0.05, "rim_height": 0.15})
     assert needed_length(table, 0.5, 0.6) < needed_length(wc.Scenario(), 0.5, 0.6)
 
 
@@ -103,7 +103,8 @@ def test_good_casts_make_a_scenario_that_works():
 
 @pytest.mark.parametrize(("n_good", "can_work", "n_remarks"), [(30, True, 0), (24, True, 0), (15, True, 1), (3, True, 1), (2, False, 0)])  # fmt: skip
 def test_few_good_casts_are_remarked_on_and_too_few_are_not_enough(n_good, can_work, n_remarks):
-    verdict = verdict_of(wc.Scenario(), casts([Fate.GOOD] * n_good + [Fate.TAUT] * (30 - n_good)), Trouble())
+    mixed = casts([Fate.GOOD] * n_good + [Fate.TAUT] * (30 - n_good), landings=(0.2, 1.2))
+    verdict = verdict_of(wc.Scenario(), mixed, Trouble())
     assert (verdict.can_work, len(verdict.remarks)) == (can_work, n_remarks)
     if not can_work:
         assert "only 2 of 30 casts could be caught; the string is taut at the landing in 28 of 30" in verdict.reason

@@ -2,6 +2,7 @@
 
 import json
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -11,9 +12,8 @@ import wam_cast as wc
 from wam_cast.errors import InputError
 from wam_cast.experiments import preview as module
 from wam_cast.experiments.preview import preview_scenario
-from wam_cast.experiments.preview_verdict import Fate, Trouble, fate_of, is_surely_good, verdict_of
+from wam_cast.experiments.preview_verdict import Fate, fate_of, is_surely_good, verdict_of
 from wam_cast.learning.dataset import simulate_row
-from wam_cast.resting import can_rest, needed_length
 from wam_cast.simulation.outcome import Outcome, Status
 
 FAR = (0.35, 0.95)
@@ -53,25 +53,6 @@ def outcome(status=Status.LANDED, *, landing=0.6, is_slack=True, limits_hit=()):
     )
 
 
-# --- where a ball can rest
-
-
-def test_a_string_that_just_reaches_across_the_cup_lets_the_ball_rest():
-    reference = wc.Scenario()
-    # Straight below the hand: from 0.35 m down to the ball's centre at 26 mm, and 10 mm to the wall.
-    assert needed_length(reference, 0.5, 0.5) == pytest.approx(math.hypot(0.010, 0.35 - 0.026) / 0.995)
-    longest = 0.0
-    for offset in np.linspace(0, 1, 1001):
-        longest = offset if can_rest(reference, 0.5, 0.5 + offset) else longest
-    assert math.hypot(longest + 0.010, 0.324) == pytest.approx(0.995 * 0.60, abs=1e-3)
-    assert can_rest(reference, 0.5, 0.5 - 0.4) == can_rest(reference, 0.5, 0.5 + 0.4) is True
-
-
-def test_a_cup_on_a_stand_needs_less_string():
-    table = scenario(cup={"base_height": 0.05, "rim_height": 0.15})
-    assert needed_length(table, 0.5, 0.6) < needed_length(wc.Scenario(), 0.5, 0.6)
-
-
 # --- what a cast is good for
 
 
@@ -95,93 +76,91 @@ def test_the_fate_of_a_cast(given, fate):
 
 
 def test_good_casts_make_a_scenario_that_works():
-    verdict = verdict_of(wc.Scenario(), casts([Fate.GOOD] * 30), Trouble())
+    verdict = verdict_of(wc.Scenario(), casts([Fate.GOOD] * 30), shakes=False)
     assert verdict.can_work
     assert verdict.reason == "30 of 30 casts (95 % interval 89 to 100 %) could be caught, from 0.350 to 0.950 m"
     assert verdict.remarks == ()
 
 
-@pytest.mark.parametrize(("n_good", "can_work", "n_remarks"), [(30, True, 0), (24, True, 0), (15, True, 1), (3, True, 1), (2, False, 0)])  # fmt: skip
+@pytest.mark.parametrize(
+    ("n_good", "can_work", "n_remarks"), [(30, True, 0), (24, True, 0), (15, True, 1), (3, True, 1), (2, False, 0)]
+)
 def test_few_good_casts_are_remarked_on_and_too_few_are_not_enough(n_good, can_work, n_remarks):
     mixed = casts([Fate.GOOD] * n_good + [Fate.TAUT] * (30 - n_good), landings=(0.2, 1.2))
-    verdict = verdict_of(wc.Scenario(), mixed, Trouble())
+    verdict = verdict_of(wc.Scenario(), mixed, shakes=False)
     assert (verdict.can_work, len(verdict.remarks)) == (can_work, n_remarks)
     if not can_work:
         assert "only 2 of 30 casts could be caught; the string is taut at the landing in 28 of 30" in verdict.reason
 
 
 def test_landings_in_one_place_are_not_enough():
-    verdict = verdict_of(wc.Scenario(), casts([Fate.GOOD] * 30, landings=(0.60, 0.64)), Trouble())
+    verdict = verdict_of(wc.Scenario(), casts([Fate.GOOD] * 30, landings=(0.60, 0.64)), shakes=False)
     assert not verdict.can_work
     assert "between 0.600 and 0.640 m" in verdict.reason
     assert "widen bounds.distance" in verdict.reason
 
 
 def test_one_diverged_cast_is_said_and_many_are_too_many():
-    mend = Trouble(short_steps_help=True)
-    one = verdict_of(wc.Scenario(), casts([Fate.GOOD] * 29 + [Fate.DIVERGED]), mend)
+    one = verdict_of(wc.Scenario(), casts([Fate.GOOD] * 29 + [Fate.DIVERGED]), shakes=False)
     assert one.can_work
     assert "1 of 30 casts diverged" in one.remarks[0]
-    assert "lower simulation.max_step to 0.0005 s" in one.remarks[0]
-    five = verdict_of(wc.Scenario(), casts([Fate.GOOD] * 25 + [Fate.DIVERGED] * 5), mend)
+    assert "bounds.speed" in one.remarks[0]
+    five = verdict_of(wc.Scenario(), casts([Fate.GOOD] * 25 + [Fate.DIVERGED] * 5), shakes=False)
     assert not five.can_work
     assert five.reason == one.remarks[0].replace("1 of 30", "5 of 30")
-    assert "bounds.speed" in verdict_of(wc.Scenario(), casts([Fate.DIVERGED] * 30), Trouble()).reason
 
 
 def test_a_hanging_ball_says_how_long_a_string_it_needs():
-    short = scenario(string={"length": 0.30})
-    verdict = verdict_of(short, casts([Fate.HANGS] * 30, landings=(0.50, 0.501)), Trouble())
+    short = scenario(string={"length": 0.35})
+    assert not short.tether.leaves_free(0.3, 0.7)
+    verdict = verdict_of(short, casts([Fate.HANGS] * 30, landings=(0.70, 0.701)), shakes=False)
     assert not verdict.can_work
-    assert "string.length from 0.3 to about 0.33 m" in verdict.reason
-    assert "motion.drop_distance from 0.45 to about 0.48 m" in verdict.reason
-    for mended in ({"string": {"length": 0.33}}, {"string": {"length": 0.30}, "motion": {"drop_distance": 0.48}}):
-        assert can_rest(scenario(**mended), 0.5, 0.5)
-    assert not can_rest(short, 0.5, 0.5)
+    assert "string.length from 0.35 to about 0.40 m" in verdict.reason
+    assert "motion.drop_distance from 0.45 to about 0.50 m" in verdict.reason
+    for mended in ({"string": {"length": 0.40}}, {"string": {"length": 0.35}, "motion": {"drop_distance": 0.50}}):
+        assert scenario(**mended).tether.leaves_free(0.3, 0.7)
 
 
 def test_a_drop_slower_than_the_fall_is_named_with_what_would_be_faster():
     slow = scenario(motion={"drop_duration": 0.8})
-    reason = verdict_of(slow, casts([Fate.TAUT] * 30), Trouble()).reason
+    reason = verdict_of(slow, casts([Fate.TAUT] * 30), shakes=False).reason
     # A quintic's peak acceleration is 5.77 times distance over duration squared: 4.1 m/s^2, and gravity at 0.51 s.
     assert "at most 4.1 m/s^2" in reason
     assert "shorten motion.drop_duration from 0.8 to well below 0.51 s" in reason
-    assert "m/s^2" not in verdict_of(wc.Scenario(), casts([Fate.TAUT] * 30), Trouble()).reason
+    assert "m/s^2" not in verdict_of(wc.Scenario(), casts([Fate.TAUT] * 30), shakes=False).reason
 
 
-def test_a_hand_that_stays_too_high_is_told_how_deep_to_go():
-    shallow = scenario(motion={"drop_distance": 0.05})
-    reason = verdict_of(shallow, casts([Fate.NEVER_CROSSED] * 30), Trouble()).reason
-    assert "0.15 m high under the hand at its lowest, and the rim is at 0.12 m" in reason
-    assert "motion.drop_distance to more than 0.08 m" in reason
+def test_balls_that_never_come_down_are_told_so():
+    reason = verdict_of(wc.Scenario(), casts([Fate.NEVER_CROSSED] * 30), shakes=False).reason
+    assert "does not come down to the rim in 30 of 30: deepen motion.drop_distance" in reason
 
 
 def test_limits_are_named_with_what_keeps_them():
     limits = ("joint 4 speed", "joint 2 torque")
-    all_hit = verdict_of(wc.Scenario(), casts([Fate.LIMIT_HIT] * 30, limits=limits), Trouble())
+    all_hit = verdict_of(wc.Scenario(), casts([Fate.LIMIT_HIT] * 30, limits=limits), shakes=False)
     assert not all_hit.can_work
     assert "joint 4 speed in 30 of 30, joint 2 torque in 30 of 30" in all_hit.reason
     assert "motion.drop_duration" in all_hit.reason
-    fast_hit = verdict_of(wc.Scenario(), casts([Fate.GOOD] * 15 + [Fate.LIMIT_HIT] * 15, limits=limits), Trouble())
+    fast_hit = verdict_of(wc.Scenario(), casts([Fate.GOOD] * 15 + [Fate.LIMIT_HIT] * 15, limits=limits), shakes=False)
     assert fast_hit.can_work
     assert "lower bounds.speed to at most 0.56 m/s" in fast_hit.remarks[0]
-    position = verdict_of(wc.Scenario(), casts([Fate.LIMIT_HIT] * 30, limits=("joint 4 position",)), Trouble())
+    position = verdict_of(wc.Scenario(), casts([Fate.LIMIT_HIT] * 30, limits=("joint 4 position",)), shakes=False)
     assert "arm.wrist_pitch" in position.reason
 
 
 @pytest.mark.parametrize("fate", [Fate.LIMIT_HIT, Fate.DIVERGED])
 def test_an_unstable_controller_is_named_with_its_values(fate):
     stiff = scenario(controller={"kp": 24000, "delay": 2})
-    reason = verdict_of(stiff, casts([fate] * 30, limits=("joint 4 torque",)), Trouble(shakes=True)).reason
+    reason = verdict_of(stiff, casts([fate] * 30, limits=("joint 4 torque",)), shakes=True).reason
     for part in ("controller is unstable", "controller.kp = 24000", "controller.delay = 2"):
         assert part in reason
     assert "torque_scale" not in reason
-    assert "controller.delay" not in verdict_of(wc.Scenario(), casts([fate] * 30), Trouble(shakes=True)).reason
+    assert "controller.delay" not in verdict_of(wc.Scenario(), casts([fate] * 30), shakes=True).reason
 
 
 def test_a_verdict_is_one_line_whatever_the_casts():
     for fate in Fate:
-        verdict = verdict_of(wc.Scenario(), casts([fate] * 30, limits=("joint 1 speed",)), Trouble())
+        verdict = verdict_of(wc.Scenario(), casts([fate] * 30, limits=("joint 1 speed",)), shakes=False)
         assert verdict.can_work is (fate is Fate.GOOD)
         assert "\n" not in verdict.reason
         assert "nan" not in verdict.reason
@@ -201,7 +180,7 @@ class FakeSimulator:
     """Answers with what is in `outcomes`, in turn and over again."""
 
     outcomes = (outcome(landing=0.5), outcome(landing=0.7))
-    step = 0.002
+    integration = SimpleNamespace(expected_step=0.002)
 
     def __init__(self, scenario):
         self.scenario, self.n_simulated = scenario, 0
@@ -250,7 +229,9 @@ def test_the_casts_of_a_preview_are_the_first_of_the_dataset():
         assert {name: cast[name] for name in ("speed", "status", "landing_along", "slack")} == {
             name: expected[name] for name in ("speed", "status", "landing_along", "slack")
         }
-    assert preview.landings == preview.cups == (preview.casts["landing_along"].min(), preview.casts["landing_along"].max())
+    assert (
+        preview.landings == preview.cups == (preview.casts["landing_along"].min(), preview.casts["landing_along"].max())
+    )
     assert 0.1 < preview.peak_velocity_utilization.max() < 1
     assert 0 < preview.cast_time < 60
 
@@ -263,7 +244,7 @@ def test_the_casts_of_a_preview_are_the_first_of_the_dataset():
     ],
 )
 def test_controllers_that_are_unstable_are_found_out(groups, part):
-    preview = preview_scenario(scenario(**groups), 6)
+    preview = preview_scenario(scenario(**groups), 2)
     assert not preview.verdict.can_work
     assert part in preview.verdict.reason
 
@@ -272,10 +253,9 @@ def test_controllers_that_are_unstable_are_found_out(groups, part):
 @pytest.mark.parametrize(
     ("groups", "part"),
     [
-        ({"string": {"length": 0.30, "n_links": 4}}, "hang in a taut string"),
+        ({"string": {"length": 0.33, "n_links": 4}}, "hang in a taut string"),
         ({"motion": {"drop_duration": 0.8}}, "well below 0.51 s"),
         ({"motion": {"drop_duration": 0.25}}, "joint 4 speed in 8 of 8"),
-        ({"motion": {"drop_distance": 0.05}}, "motion.drop_distance to more than 0.08 m"),
         ({"bounds": {"distance": [0.3, 0.302], "speed": [0.5, 0.502], "wait": [0.1, 0.101]}}, "widen bounds.distance"),
     ],
 )
@@ -291,7 +271,11 @@ def test_scenarios_that_cannot_work_are_found_out(groups, part):
     [
         {},
         {"controller": {"kp": 1500, "kd": 62.5}},
-        {"cup": {"base_height": 0.4, "rim_height": 0.5}, "arm": {"mount_height": 1.75}, "motion": {"start_height": 1.2}},
+        {
+            "cup": {"base_height": 0.4, "rim_height": 0.5},
+            "arm": {"mount_height": 1.75},
+            "motion": {"start_height": 1.2},
+        },
         {
             "arm": {"mount": "floor", "mount_height": 0.0},
             "motion": {"start_radius": 0.40, "start_height": 0.85},

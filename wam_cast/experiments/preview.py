@@ -16,7 +16,6 @@ from wam_cast.errors import checked_integer
 from wam_cast.experiments.frames import Record, records, to_plain
 from wam_cast.experiments.preview_verdict import (
     Fate,
-    Trouble,
     Verdict,
     count,
     fate_of,
@@ -41,9 +40,6 @@ N_CASTS = 30
 FEWEST_CASTS = 8
 """On which a preview that may end early does."""
 
-SHORTER_STEPS = 4
-"""How many times as many a diverged cast is tried with."""
-
 SLOW_CAST = Cast(distance=0.05, speed=0.1, wait=0.0)
 """Its move asks a tenth of a motor."""
 
@@ -62,7 +58,7 @@ class Preview:
     peak_torque_utilization, peak_velocity_utilization
         Per joint, the largest of all casts that did not diverge, each of shape (7,); nan if all did.
     step
-        Of the integrator in the contact-free phase [s].
+        Mean integration step that is expected in the contact-free phase [s].
     cast_time
         Of a processor for a cast, on average [s].
     verdict
@@ -167,9 +163,9 @@ def preview_scenario(scenario: Scenario, n_casts: int = N_CASTS, *, ends_early: 
         casts=casts,
         peak_torque_utilization=_peaks(outcomes, "peak_torque_utilization"),
         peak_velocity_utilization=_peaks(outcomes, "peak_velocity_utilization"),
-        step=simulator.step,
+        step=simulator.integration.expected_step,
         cast_time=cast_time,
-        verdict=verdict_of(scenario, casts, _look_into(simulator, casts)),
+        verdict=verdict_of(scenario, casts, shakes=_shakes(simulator, casts)),
     )
 
 
@@ -196,16 +192,10 @@ def _peaks(outcomes: list[Outcome], name: str) -> Array:
     return np.max(known, axis=0) if known else np.full(7, math.nan)
 
 
-def _look_into(simulator: CastSimulator, casts: pd.DataFrame) -> Trouble:
-    """Return what a slow move, and shorter steps for the first cast that diverged, say of casts that failed."""
-    scenario, diverged = simulator.scenario, casts["cast"][casts["fate"] == Fate.DIVERGED]
-    if diverged.empty and count(casts, Fate.LIMIT_HIT) == 0:
-        return Trouble()
+def _shakes(simulator: CastSimulator, casts: pd.DataFrame) -> bool:
+    """Return whether the motors saturate even in a slow move; where no cast diverged or met a limit they do not."""
+    if not casts["fate"].isin([Fate.DIVERGED, Fate.LIMIT_HIT]).any():
+        return False
     slow = simulator.record(SLOW_CAST)
-    limits = make_arm_plant(scenario).GetEffortUpperLimits()
-    is_full = motor_utilization(slow.torques[slow.stages == Stage.MOVE], limits) > 1 - 1e-9
-    if np.any(is_full) or diverged.empty:
-        return Trouble(shakes=bool(np.any(is_full)))
-    numbers = scenario.simulation.model_copy(update={"max_step": simulator.step / SHORTER_STEPS})
-    finer = CastSimulator(scenario.model_copy(update={"simulation": numbers}))
-    return Trouble(short_steps_help=_simulate(finer, int(diverged.iloc[0])).status is not Status.DIVERGED)
+    limits = make_arm_plant(simulator.scenario).GetEffortUpperLimits()
+    return bool(np.any(motor_utilization(slow.torques[slow.stages == Stage.MOVE], limits) > 1 - 1e-9))

@@ -10,7 +10,6 @@ import numpy as np
 import pandas as pd
 
 from wam_cast.experiments.statistics import wilson_interval
-from wam_cast.resting import USABLE_LENGTH, can_rest, needed_length
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.outcome import Outcome, Status
 
@@ -28,6 +27,9 @@ MOST_DIVERGED = 0.05
 
 QUINTIC_PEAK = 10 / math.sqrt(3)
 """Peak acceleration of a quintic spline from rest to rest, by its distance over its duration squared."""
+
+MEND_DIVERGENCE = "lower bounds.speed, or controller.kp and controller.kd, or simulation.max_step"
+MEND_NEVER_CROSSED = "deepen motion.drop_distance, or lengthen string.length or motion.hold_duration"
 
 
 class Fate(StrEnum):
@@ -53,27 +55,11 @@ class Verdict:
     remarks: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class Trouble:
-    """What was found out about casts that diverge or meet the arm's limits.
-
-    Attributes
-    ----------
-    shakes
-        Whether the motors saturate even in a slow move: not what the casts ask for is too much, but the controller is unstable.
-    short_steps_help
-        Whether what diverges does so no more where the integrator takes much shorter steps.
-    """
-
-    shakes: bool = False
-    short_steps_help: bool = False
-
-
 def fate_of(scenario: Scenario, distance: float, outcome: Outcome) -> Fate:
     """Return what the cast of a `distance` [m] is good for that had this outcome without a cup."""
     if outcome.status is not Status.LANDED:
         return Fate(outcome.status.value)
-    if not can_rest(scenario, scenario.motion.start_radius + distance, outcome.landing_along):
+    if not scenario.tether.leaves_free(distance, outcome.landing_along):
         return Fate.HANGS
     return Fate.GOOD if outcome.is_slack else Fate.TAUT
 
@@ -88,16 +74,20 @@ def good_landings(casts: pd.DataFrame) -> pd.Series[float]:
     return casts["landing_along"][casts["fate"] == Fate.GOOD]
 
 
-def verdict_of(scenario: Scenario, casts: pd.DataFrame, trouble: Trouble) -> Verdict:
-    """Return the verdict on the casts of a `.Preview`."""
+def verdict_of(scenario: Scenario, casts: pd.DataFrame, *, shakes: bool) -> Verdict:
+    """Return the verdict on the casts of a `.Preview`.
+
+    `shakes` says whether the motors saturate even in a slow move: not what the casts ask for is too much then, but the
+    controller is unstable.
+    """
     n, n_good, n_diverged = len(casts), count(casts, Fate.GOOD), count(casts, Fate.DIVERGED)
     remarks = []
     if n_diverged:
-        remarks.append(f"{n_diverged} of {n} casts diverged: {_mend_divergence(scenario, trouble)}")
+        remarks.append(f"{n_diverged} of {n} casts diverged: {_mend_shaking(scenario) if shakes else MEND_DIVERGENCE}")
     if wilson_interval(n_diverged, n)[0] > MOST_DIVERGED:
         return Verdict(False, *remarks)
     if n_good < MOSTLY_GOOD_SHARE * n and n_good + n_diverged < n:
-        remarks.append(_worst_flaw(scenario, casts, trouble))
+        remarks.append(_worst_flaw(scenario, casts, shakes))
     if n_good < LEAST_GOOD_SHARE * n:
         share = "no cast" if n_good == 0 else f"only {n_good} of {n} casts"
         return Verdict(False, f"{share} could be caught; {remarks[-1]}", tuple(remarks[:-1]))
@@ -123,7 +113,7 @@ def count(casts: pd.DataFrame, fate: Fate) -> int:
     return int((casts["fate"] == fate).sum())
 
 
-def _worst_flaw(scenario: Scenario, casts: pd.DataFrame, trouble: Trouble) -> str:
+def _worst_flaw(scenario: Scenario, casts: pd.DataFrame, shakes: bool) -> str:
     """Return what is wrong with most of the casts that neither diverged nor are good, and what to change."""
     flaws = casts["fate"][~casts["fate"].isin([Fate.GOOD, Fate.DIVERGED])]
     worst = Fate(flaws.mode().iloc[0])
@@ -133,25 +123,25 @@ def _worst_flaw(scenario: Scenario, casts: pd.DataFrame, trouble: Trouble) -> st
         case Fate.TAUT:
             what, how = "the string is taut at the landing", _mend_taut(scenario)
         case Fate.NEVER_CROSSED:
-            what, how = "the ball does not come down to the rim", _mend_never_crossed(scenario)
+            what, how = "the ball does not come down to the rim", MEND_NEVER_CROSSED
         case _:
-            what, how = "the arm meets its limits", _mend_limits(scenario, casts, trouble)
+            what, how = "the arm meets its limits", _mend_limits(scenario, casts, shakes)
     return f"{what} in {count(casts, worst)} of {len(casts)}: {how}"
 
 
 def _mend_hanging(scenario: Scenario, casts: pd.DataFrame) -> str:
-    motion, string, cup = scenario.motion, scenario.string, scenario.cup
+    """Return by how much longer a string or deeper a drop the ball would be free where half of these casts land."""
+    motion, string, tether = scenario.motion, scenario.string, scenario.tether
     hanging = casts[casts["fate"] == Fate.HANGS]
-    pairs = zip(motion.start_radius + hanging["distance"], hanging["landing_along"], strict=True)
-    needed = float(np.median([needed_length(scenario, hand, landing) for hand, landing in pairs]))
-    down = motion.start_height - motion.drop_distance - cup.floor_height - scenario.ball.radius
-    across = math.sqrt(max((USABLE_LENGTH * needed) ** 2 - down**2, 0.0))
+    apart = float(np.median(np.abs(motion.start_radius + hanging["distance"] - hanging["landing_along"]))) + tether.play
+    needed = math.hypot(tether.height, apart) / (1 - tether.margin)
     ways = [f"lengthen string.length from {string.length:g} to about {_up(needed)} m"]
-    if across < USABLE_LENGTH * string.length:
-        deeper = motion.drop_distance + down - math.sqrt((USABLE_LENGTH * string.length) ** 2 - across**2)
-        if deeper < motion.start_height - cup.rim_height - 0.01:
+    lower = (1 - tether.margin) ** 2 * string.length**2 - apart**2
+    if lower > 0:
+        deeper = motion.drop_distance + tether.height - math.sqrt(lower)
+        if deeper < motion.start_height - scenario.cup.rim_height:
             ways.append(f"deepen motion.drop_distance from {motion.drop_distance:g} to about {_up(deeper)} m")
-    return f"{' or '.join(ways)}, or lower motion.start_height"
+    return " or ".join(ways)
 
 
 def _mend_taut(scenario: Scenario) -> str:
@@ -166,22 +156,11 @@ def _mend_taut(scenario: Scenario) -> str:
     )
 
 
-def _mend_never_crossed(scenario: Scenario) -> str:
-    motion, rim = scenario.motion, scenario.cup.rim_height
-    lowest = motion.start_height - motion.drop_distance - scenario.string.length
-    if lowest < rim:
-        return "lengthen motion.hold_duration, or deepen motion.drop_distance"
-    return (
-        f"it hangs {lowest:.3g} m high under the hand at its lowest, and the rim is at {rim:g} m; deepen motion.drop_distance to "
-        f"more than {_up(motion.drop_distance + lowest - rim)} m, or lengthen string.length"
-    )
-
-
-def _mend_limits(scenario: Scenario, casts: pd.DataFrame, trouble: Trouble) -> str:
+def _mend_limits(scenario: Scenario, casts: pd.DataFrame, shakes: bool) -> str:
     """Return which limits are met most, and what keeps them: slower moves, if slower casts do, or else a slower drop."""
     met = casts["limits_hit"].explode().dropna().value_counts()
     names = ", ".join(f"{name} in {n} of {len(casts)}" for name, n in met.head(2).items())
-    if trouble.shakes:
+    if shakes:
         return f"{names}; {_mend_shaking(scenario)}"
     if any("position" in name for name in met.index):
         return f"{names}; choose another motion.start_radius, motion.start_height or arm.wrist_pitch, or lower bounds.distance"
@@ -192,14 +171,6 @@ def _mend_limits(scenario: Scenario, casts: pd.DataFrame, trouble: Trouble) -> s
     return (
         f"{names}, slow casts too; lengthen motion.drop_duration or reduce motion.drop_distance, and lower bounds.speed"
     )
-
-
-def _mend_divergence(scenario: Scenario, trouble: Trouble) -> str:
-    if trouble.shakes:
-        return _mend_shaking(scenario)
-    if trouble.short_steps_help:
-        return f"with shorter integration steps they do not; lower simulation.max_step to {scenario.simulation.max_step / 4:.2g} s"
-    return "with shorter integration steps too; lower bounds.speed, or choose a heavier ball, or more string.bending_damping"
 
 
 def _mend_shaking(scenario: Scenario) -> str:

@@ -100,6 +100,14 @@ def test_landings_in_one_place_are_not_enough():
     assert "widen bounds.distance" in verdict.reason
 
 
+def test_where_few_casts_in_one_place_are_good_it_says_what_becomes_of_the_others():
+    verdict = verdict_of(wc.Scenario(), casts([Fate.GOOD] * 4 + [Fate.TAUT] * 26, landings=(0.3, 0.4)), shakes=False)
+    assert not verdict.can_work
+    assert (
+        "between 0.300 and 0.310 m from the base axis; the string is taut at the landing in 26 of 30" in verdict.reason
+    )
+
+
 def test_one_diverged_cast_is_said_and_many_are_too_many():
     one = verdict_of(wc.Scenario(), casts([Fate.GOOD] * 29 + [Fate.DIVERGED]), shakes=False)
     assert one.can_work

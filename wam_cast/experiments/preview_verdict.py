@@ -81,23 +81,25 @@ def verdict_of(scenario: Scenario, casts: pd.DataFrame, *, shakes: bool) -> Verd
     controller is unstable.
     """
     n, n_good, n_diverged = len(casts), count(casts, Fate.GOOD), count(casts, Fate.DIVERGED)
-    remarks = []
+    nearest, farthest = span_of(good_landings(casts))
+    diverged = flaw = ""
     if n_diverged:
-        remarks.append(f"{n_diverged} of {n} casts diverged: {_mend_shaking(scenario) if shakes else MEND_DIVERGENCE}")
-    if wilson_interval(n_diverged, n)[0] > MOST_DIVERGED:
-        return Verdict(False, *remarks)
+        diverged = f"{n_diverged} of {n} casts diverged: {_mend_shaking(scenario) if shakes else MEND_DIVERGENCE}"
     if n_good < MOSTLY_GOOD_SHARE * n and n_good + n_diverged < n:
-        remarks.append(_worst_flaw(scenario, casts, shakes))
+        flaw = _worst_flaw(scenario, casts, shakes)
+    if wilson_interval(n_diverged, n)[0] > MOST_DIVERGED:
+        return Verdict(False, diverged)
     if n_good < LEAST_GOOD_SHARE * n:
         share = "no cast" if n_good == 0 else f"only {n_good} of {n} casts"
-        return Verdict(False, f"{share} could be caught; {remarks[-1]}", tuple(remarks[:-1]))
-    nearest, farthest = span_of(good_landings(casts))
+        return Verdict(False, f"{share} could be caught; {flaw}", (diverged,) if diverged else ())
     if farthest - nearest < LEAST_SPAN:
         words = f"all casts that could be caught land between {nearest:.3f} and {farthest:.3f} m from the base axis"
-        return Verdict(False, f"{words}; widen bounds.distance and bounds.speed", tuple(remarks))
+        mend = flaw or "widen bounds.distance and bounds.speed"
+        return Verdict(False, f"{words}; {mend}", (diverged,) if diverged else ())
     low, high = wilson_interval(n_good, n)
     share = f"{n_good} of {n} casts (95 % interval {100 * low:.0f} to {100 * high:.0f} %)"
-    return Verdict(True, f"{share} could be caught, from {nearest:.3f} to {farthest:.3f} m", tuple(remarks))
+    remarks = tuple(filter(None, (diverged, flaw)))
+    return Verdict(True, f"{share} could be caught, from {nearest:.3f} to {farthest:.3f} m", remarks)
 
 
 def is_surely_good(casts: pd.DataFrame) -> bool:

@@ -11,7 +11,6 @@ import numpy as np
 import pandas as pd
 
 from wam_cast.arm_model import arm_model
-from wam_cast.cast import Cast
 from wam_cast.errors import checked_integer
 from wam_cast.experiments.frames import Record, records, to_plain
 from wam_cast.experiments.preview_verdict import (
@@ -26,10 +25,7 @@ from wam_cast.experiments.preview_verdict import (
 )
 from wam_cast.experiments.statistics import wilson_interval
 from wam_cast.learning.sampling import row_noise_seed, sample_cast
-from wam_cast.motion.stages import Stage
 from wam_cast.parallel.workers import available_processors
-from wam_cast.robot.motors import motor_utilization
-from wam_cast.robot.plant import make_arm_plant
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.outcome import Outcome, Status
 from wam_cast.simulation.simulator import CastSimulator
@@ -39,9 +35,6 @@ N_CASTS = 30
 
 FEWEST_CASTS = 8
 """On which a preview that may end early does."""
-
-SLOW_CAST = Cast(distance=0.05, speed=0.1, wait=0.0)
-"""Its move asks a tenth of a motor."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,7 +158,7 @@ def preview_scenario(scenario: Scenario, n_casts: int = N_CASTS, *, ends_early: 
         peak_velocity_utilization=_peaks(outcomes, "peak_velocity_utilization"),
         step=simulator.integration.expected_step,
         cast_time=cast_time,
-        verdict=verdict_of(scenario, casts, shakes=_shakes(simulator, casts)),
+        verdict=verdict_of(scenario, casts),
     )
 
 
@@ -190,12 +183,3 @@ def _columns(scenario: Scenario, row: int, outcome: Outcome) -> dict[str, Any]:
 def _peaks(outcomes: list[Outcome], name: str) -> Array:
     known = [getattr(outcome, name) for outcome in outcomes if outcome.status is not Status.DIVERGED]
     return np.max(known, axis=0) if known else np.full(7, math.nan)
-
-
-def _shakes(simulator: CastSimulator, casts: pd.DataFrame) -> bool:
-    """Return whether the motors saturate even in a slow move; where no cast diverged or met a limit they do not."""
-    if not casts["fate"].isin([Fate.DIVERGED, Fate.LIMIT_HIT]).any():
-        return False
-    slow = simulator.record(SLOW_CAST)
-    limits = make_arm_plant(simulator.scenario).GetEffortUpperLimits()
-    return bool(np.any(motor_utilization(slow.torques[slow.stages == Stage.MOVE], limits) > 1 - 1e-9))

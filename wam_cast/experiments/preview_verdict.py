@@ -74,19 +74,15 @@ def good_landings(casts: pd.DataFrame) -> pd.Series[float]:
     return casts["landing_along"][casts["fate"] == Fate.GOOD]
 
 
-def verdict_of(scenario: Scenario, casts: pd.DataFrame, *, shakes: bool) -> Verdict:
-    """Return the verdict on the casts of a `.Preview`.
-
-    `shakes` says whether the motors saturate even in a slow move: not what the casts ask for is too much then, but the
-    controller is unstable.
-    """
+def verdict_of(scenario: Scenario, casts: pd.DataFrame) -> Verdict:
+    """Return the verdict on the casts of a `.Preview`."""
     n, n_good, n_diverged = len(casts), count(casts, Fate.GOOD), count(casts, Fate.DIVERGED)
     nearest, farthest = span_of(good_landings(casts))
     diverged = flaw = ""
     if n_diverged:
-        diverged = f"{n_diverged} of {n} casts diverged: {_mend_shaking(scenario) if shakes else MEND_DIVERGENCE}"
+        diverged = f"{n_diverged} of {n} casts diverged: {MEND_DIVERGENCE}"
     if n_good < MOSTLY_GOOD_SHARE * n and n_good + n_diverged < n:
-        flaw = _worst_flaw(scenario, casts, shakes)
+        flaw = _worst_flaw(scenario, casts)
     if wilson_interval(n_diverged, n)[0] > MOST_DIVERGED:
         return Verdict(False, diverged)
     if n_good < LEAST_GOOD_SHARE * n:
@@ -115,7 +111,7 @@ def count(casts: pd.DataFrame, fate: Fate) -> int:
     return int((casts["fate"] == fate).sum())
 
 
-def _worst_flaw(scenario: Scenario, casts: pd.DataFrame, shakes: bool) -> str:
+def _worst_flaw(scenario: Scenario, casts: pd.DataFrame) -> str:
     """Return what is wrong with most of the casts that neither diverged nor are good, and what to change."""
     flaws = casts["fate"][~casts["fate"].isin([Fate.GOOD, Fate.DIVERGED])]
     worst = Fate(flaws.mode().iloc[0])
@@ -127,7 +123,7 @@ def _worst_flaw(scenario: Scenario, casts: pd.DataFrame, shakes: bool) -> str:
         case Fate.NEVER_CROSSED:
             what, how = "the ball does not come down to the rim", MEND_NEVER_CROSSED
         case _:
-            what, how = "the arm meets its limits", _mend_limits(scenario, casts, shakes)
+            what, how = "the arm meets its limits", _mend_limits(casts)
     return f"{what} in {count(casts, worst)} of {len(casts)}: {how}"
 
 
@@ -158,12 +154,10 @@ def _mend_taut(scenario: Scenario) -> str:
     )
 
 
-def _mend_limits(scenario: Scenario, casts: pd.DataFrame, shakes: bool) -> str:
+def _mend_limits(casts: pd.DataFrame) -> str:
     """Return which limits are met most, and what keeps them: slower moves, if slower casts do, or else a slower drop."""
     met = casts["limits_hit"].explode().dropna().value_counts()
     names = ", ".join(f"{name} in {n} of {len(casts)}" for name, n in met.head(2).items())
-    if shakes:
-        return f"{names}; {_mend_shaking(scenario)}"
     if any("position" in name for name in met.index):
         return f"{names}; choose another motion.start_radius, motion.start_height or arm.wrist_pitch, or lower bounds.distance"
     slowest = casts["speed"][casts["limits_hit"].str.len() > 0].min()
@@ -172,17 +166,6 @@ def _mend_limits(scenario: Scenario, casts: pd.DataFrame, shakes: bool) -> str:
         return f"{names}; lower bounds.speed to at most {slowest:.2f} m/s, below which no cast met any"
     return (
         f"{names}, slow casts too; lengthen motion.drop_duration or reduce motion.drop_distance, and lower bounds.speed"
-    )
-
-
-def _mend_shaking(scenario: Scenario) -> str:
-    controller = scenario.controller
-    ways = [f"controller.kp = {controller.kp:g} and controller.kd = {controller.kd:g}"]
-    ways += [f"controller.delay = {controller.delay}"] if controller.delay else []
-    ways += [f"controller.period = {controller.period:g} s"]
-    weak = ", or raise arm.torque_scale" if min(scenario.arm.torque_scale) < 1 else ""
-    return (
-        f"the motors saturate even in a slow move, so that the controller is unstable; lower {' or '.join(ways)}{weak}"
     )
 
 

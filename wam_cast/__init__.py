@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from wam_cast.cast import Cast as Cast
     from wam_cast.errors import InputError as InputError
     from wam_cast.experiments.paper.reproduce import reproduce as reproduce
+    from wam_cast.experiments.preview import preview_scenario as preview_scenario
     from wam_cast.learning.dataset import CastDataset as CastDataset
     from wam_cast.learning.dataset import generate_dataset as generate_dataset
     from wam_cast.learning.forward_model import ForwardModel as ForwardModel
@@ -40,6 +41,7 @@ _NAMES = {
     "cast": ["Cast"],
     "errors": ["InputError"],
     "experiments.paper.reproduce": ["reproduce"],
+    "experiments.preview": ["preview_scenario"],
     "learning.dataset": ["CastDataset", "generate_dataset"],
     "learning.forward_model": ["ForwardModel"],
     "learning.kernel_ridge": ["KernelRidge"],

@@ -103,6 +103,7 @@ def no_physics(monkeypatch, inline_executor):
     monkeypatch.setattr(dataset, "simulate_row", row)
     monkeypatch.setattr(wam_cast, "generate_dataset", generate, raising=False)
     monkeypatch.setattr(model_choice, "TRAINING_CASTS", 60)
+    monkeypatch.setattr(model_choice, "require_workable", lambda *_, **__: None)
 
 
 @pytest.fixture

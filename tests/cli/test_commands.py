@@ -17,7 +17,7 @@ from wam_cast.scenario import Noise
 from wam_cast.simulation.outcome import Status
 from wam_cast.simulation.simulator import simulate_casts
 
-COMMANDS = ("throw", "plan", "generate", "fit", "map", "show")
+COMMANDS = ("throw", "plan", "check", "generate", "fit", "map", "show")
 PLAN_KEYS = {"cup", "cast", "predicted_landing", "predicted_miss", "is_feasible"}
 THROW_KEYS = {"cup", "cast", "predicted_landing", "predicted_miss", "landing", "miss", "status", "is_caught"}
 

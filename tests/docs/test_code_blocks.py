@@ -210,10 +210,12 @@ def test_commands_within_the_text_have_their_options(page):
             assert [option for option in options - {"--help"} if f'"{option}"' not in text] == [], code
 
 
-def test_keys_of_json_are_all_explained(run):
-    _, printed = run("wam-cast throw --cup 0.75 --json")
+@pytest.mark.parametrize("line", ["wam-cast throw --cup 0.75 --json", "wam-cast check --json"])
+def test_keys_of_json_are_all_explained(run, line):
+    _, printed = run(line)
     page = (ROOT / "docs" / "command_line.md").read_text(encoding="utf-8")
-    cells = re.findall(r"^\| (`.+?) \|", page, re.MULTILINE)
+    section = page.split(f"`{line.split()[1]} --json` prints one object")[1].split("--json` prints one object")[0]
+    cells = re.findall(r"^\| (`.+?) \|", section, re.MULTILINE)
     assert sorted(key for cell in cells for key in re.findall(r"`(\w+)`", cell)) == sorted(json.loads(printed))
 
 

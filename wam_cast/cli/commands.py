@@ -17,6 +17,7 @@ import typer
 
 import wam_cast as wc
 from wam_cast.cli import model_choice, options, results
+from wam_cast.cli.check import print_preview, require_workable
 from wam_cast.cli.options import parse_cast, parse_cup
 from wam_cast.cli.output_files import ThrowFiles, check_picture
 from wam_cast.cli.results import Executed, plan_record, print_json, throw_record
@@ -150,6 +151,35 @@ def plan(
 
 
 @app.command()
+def check(
+    scenario: options.Scenario = None,
+    picture: Annotated[
+        Path | None, typer.Option(metavar="FILE.png", help="Write a side view of it (also .pdf, .svg).")
+    ] = None,
+    as_json: options.AsJson = False,
+) -> None:
+    """Simulate a few random casts of a scenario, and say whether it can work before a model is made: a few seconds.
+
+    It needs no model. `generate`, `reproduce` and --train ask the same first.
+    """
+    if picture is not None:
+        check_picture(picture)
+    with progress("checking the scenario"):
+        preview = wc.preview_scenario(model_choice.load_scenario(scenario))
+    if picture is not None:
+        from wam_cast.experiments.preview_picture import write_preview_picture
+
+        write_preview_picture(preview, picture)
+    if as_json:
+        file = {} if picture is None else {"picture": str(picture)}
+        print_json({**preview.record(model_choice.TRAINING_CASTS), **file})
+    else:
+        print_preview(preview, model_choice.TRAINING_CASTS, picture)
+    if not preview.verdict.can_work:
+        raise typer.Exit(1)
+
+
+@app.command()
 def generate(
     directory: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where the dataset goes.")],
     casts: Annotated[int, typer.Option(min=1, help="How many casts to simulate.")] = model_choice.TRAINING_CASTS,
@@ -211,7 +241,10 @@ def reproduce(
     as_json: options.AsJson = False,
 ) -> None:
     """Run the paper's experiment and write its report; an interrupted run goes on when it is started again."""
+    from wam_cast.storage.run_directory import RunDirectory
+
     setting = model_choice.load_scenario(scenario)
+    require_workable(setting, scenario, begun=directory / RunDirectory.identity_name)
     with phase_progress() as report:
         try:
             findings = wc.reproduce(setting, directory, seed=seed, quick=quick, n_workers=workers, on_progress=report)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import wam_cast as wc
+from wam_cast.cli.check import require_workable
 from wam_cast.cli.terminal import err, progress
 from wam_cast.controller_name import DEFAULT_CONTROLLER
 from wam_cast.errors import InputError
@@ -66,8 +67,11 @@ def how_to_make(path: Path, scenario: wc.Scenario) -> str:
 def generate(
     scenario: Path | None, casts: int, seed: int, out: Path, workers: int | None = None, scheduler: str | None = None
 ) -> wc.CastDataset:
-    """Generate a dataset of the scenario in a file; if that is interrupted, say how to go on."""
+    """Generate a dataset of the scenario in a file if it can work; if that is interrupted, say how to go on."""
+    from wam_cast.storage.dataset_directory import DatasetDirectory
+
     setting, done = load_scenario(scenario), 0
+    require_workable(setting, scenario, begun=out / DatasetDirectory.identity_name)
     with progress("simulating casts", casts) as advance, _executor(scheduler) as executor:
 
         def report(n_done: int, _: int) -> None:

@@ -13,6 +13,7 @@ from matplotlib.patches import Circle, Polygon, Rectangle
 from wam_cast.casting_plane import to_casting_plane
 from wam_cast.robot.cup_mesh import cup_profile
 from wam_cast.robot.plant import BALL_COLOR, CUP_COLOR, STAND_COLOR
+from wam_cast.scenario import Cup
 from wam_cast.simulation.recording import CastRecording
 from wam_cast.types import Array
 from wam_cast.visualization.recorded import stage_pieces
@@ -60,11 +61,16 @@ def _draw_surroundings(axes: Axes, recording: CastRecording) -> None:
     if recording.cup is None:
         return
     along, _ = to_casting_plane(np.array(recording.cup), recording.cast.bearing)
-    half = np.array(cup_profile(shape))
-    section = np.vstack([half, half[::-1] * [-1, 1]]) + np.array([along, shape.rim_height])
+    draw_cup_section(axes, shape, along)
+
+
+def draw_cup_section(axes: Axes, cup: Cup, along: float) -> None:
+    """Draw a cut through the cup, and through the stand that it may have, its axis at `along` in the casting plane [m]."""
+    half = np.array(cup_profile(cup))
+    section = np.vstack([half, half[::-1] * [-1, 1]]) + np.array([along, cup.rim_height])
     axes.add_patch(Polygon(section, facecolor=CUP_COLOR[:3], edgecolor=INK, linewidth=0.5, zorder=2))
-    if shape.base_height > 0:
-        corner, size = (along - shape.base_radius, 0.0), (2 * shape.base_radius, shape.base_height)
+    if cup.base_height > 0:
+        corner, size = (along - cup.base_radius, 0.0), (2 * cup.base_radius, cup.base_height)
         axes.add_patch(Rectangle(corner, *size, facecolor=STAND_COLOR[:3], edgecolor=INK, linewidth=0.5, zorder=1.5))
 
 

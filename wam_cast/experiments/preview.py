@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from wam_cast.arm_model import arm_model
+from wam_cast.arm.arm_model import arm_model
 from wam_cast.errors import checked_integer
 from wam_cast.experiments.frames import Record, records, to_plain
 from wam_cast.experiments.preview_verdict import (

@@ -197,6 +197,7 @@ def contact_free(scenario, cast, log):
         hand_over=StationState(log.times[-1], ()),
         comes_near=False,
         has_diverged=False,
+        down=None,
     )
 
 

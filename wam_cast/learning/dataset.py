@@ -54,8 +54,8 @@ class CastDataset:
         - `status`: a value of `.Status`, such as "landed"
         - `crossing_time` [s], `entry_speed` [m/s], `entry_angle` [rad], `is_slack`: how it crossed
         - `slack` [m]: of the string, the least from the landing until the whole ball was below the rim plane
-        - `peak_torque_utilization`, `peak_velocity_utilization`: the largest over the joints up to the landing, relative to their
-          limits
+        - `peak_torque_utilization`, `peak_velocity_utilization`: the largest over the joints up to the end of the drop, relative
+          to their limits
         - `peak_tracking_error` [m]: of the hand
 
         Casts that failed are rows too: what they have no value for is nan.

@@ -51,7 +51,7 @@ class Plan:
     predicted_slack
         Of the string from the landing on [m].
     predicted_peak_torque_utilization, predicted_peak_velocity_utilization
-        The largest utilization of the motors' torque limits and of the joints' velocity limits, up to the landing.
+        The largest utilization of the motors' torque limits and of the joints' velocity limits, up to the end of the drop.
     rim_clear_probability
         That the ball enters the cup without touching its rim. It ends in the cup more often than that: most balls that
         touch the rim fall in all the same.

@@ -24,7 +24,7 @@ def connect_forces(builder: DiagramBuilder, plant: MultibodyPlant, scenario: Sce
     """Connect to `plant` those of the forces that `scenario` has."""
     friction = coulomb_friction(scenario)
     forces = [_friction_force(builder, plant, friction)] if np.any(friction) else []
-    if scenario.string.bending_stiffness > 0 and scenario.string.n_links > 1:
+    if scenario.string.bending_stiffness > 0 and plant.num_velocities() > N_ARM:
         stiffness = add_system(builder, "bending_stiffness", MatrixGain(bending_gain(plant, scenario)))
         builder.Connect(plant.get_state_output_port(), stiffness.get_input_port())
         forces.append(stiffness.get_output_port())

@@ -208,13 +208,17 @@ def add_hook(plant: MultibodyPlant) -> Frame:
     return plant.AddFrame(FixedOffsetFrame("hook", plant.GetFrameByName("tool_plate"), X_EHook))
 
 
-def fill_plant(plant: MultibodyPlant, scenario: Scenario) -> None:
-    """Add arm, string and ball to an empty plant, the cup and the floor if it has geometry, and finalize it."""
+def fill_plant(plant: MultibodyPlant, scenario: Scenario, *, has_ball: bool = True) -> None:
+    """Add arm, string and ball to an empty plant, the cup and the floor if it has geometry, and finalize it.
+
+    Without `has_ball` the arm carries neither string nor ball.
+    """
     has_geometry = plant.geometry_source_is_registered()
     add_arm(plant, scenario, scenario.arm.base_tilt)
     string, ball = scenario.string, scenario.ball
-    string_end = add_string(plant, string, ball, add_hook(plant))
-    add_ball(plant, ball, string_end, string.knot_damping, contact_material(scenario.cup) if has_geometry else None)
+    if has_ball:
+        string_end = add_string(plant, string, ball, add_hook(plant))
+        add_ball(plant, ball, string_end, string.knot_damping, contact_material(scenario.cup) if has_geometry else None)
     if has_geometry:
         add_cup(plant, scenario.cup, default_cup(scenario))
     plant.Finalize()
@@ -295,7 +299,9 @@ def _pitch(bar: Array) -> float:
 
 
 def hanging_positions(plant: MultibodyPlant, q_arm: Array) -> Array:
-    """Return all positions of a plant from `fill_plant`, the arm at `q_arm` and the string hanging straight down."""
+    """Return all positions of a plant from `fill_plant`, the arm at `q_arm` and the string, if any, hanging straight down."""
+    if plant.num_positions() == N_ARM:
+        return q_arm.copy()
     context = plant.CreateDefaultContext()
     q = np.zeros(plant.num_positions())
     q[:N_ARM] = q_arm

@@ -89,6 +89,8 @@ class CastStation:
     has_scene
         With geometry: the cup and the floor, contact, and what can be seen. Without, the plant is the same but the ball touches
         nothing, which simulates faster.
+    has_ball
+        With string and ball. Without, the arm is alone.
     controller
         In place of `.CastController`: an `.ArmController`, or any LeafSystem with the ports `arm_state` and `actuation`, and a
         method `set_cast(context, cast)` that takes the cast into its own context. If that also takes `start_bearing` and
@@ -101,7 +103,7 @@ class CastStation:
     scenario, belief
         As given; `belief` with the controller's values of `scenario`.
     diagram, plant, scene_graph, controller, motors, hold, ball_tracker
-        The diagram and its parts; `scene_graph` is none without geometry.
+        The diagram and its parts; `scene_graph` is none without geometry, `ball_tracker` without a ball.
     """
 
     def __init__(
@@ -110,6 +112,7 @@ class CastStation:
         *,
         belief: Scenario | None = None,
         has_scene: bool = True,
+        has_ball: bool = True,
         controller: LeafSystem | None = None,
         meshcat: Meshcat | None = None,
     ) -> None:
@@ -124,7 +127,7 @@ class CastStation:
         self._set_cast = set_cast
         self._is_told_places = {"start_bearing", "cup_radius"} <= set(inspect.signature(set_cast).parameters)
         builder = DiagramBuilder()
-        self._add_plant(builder, has_scene)
+        self._add_plant(builder, has_scene, has_ball)
         self._torque_noise: TorqueNoise | None = None
         self._delay: LinearSystem | None = None
         self._arm_plant = make_arm_plant(self.belief)
@@ -134,7 +137,7 @@ class CastStation:
         self.controller: LeafSystem = add_system(builder, "controller", controller)
         self.motors = add_system(builder, "motors", Motors(self.plant, scenario.arm))
         self.hold = add_system(builder, "hold", delay_line(1, scenario.controller.period))
-        self.ball_tracker = add_system(builder, "ball_tracker", BallTracker(self.plant))
+        self.ball_tracker = add_system(builder, "ball_tracker", BallTracker(self.plant)) if has_ball else None
         self._connect(builder)
         self._export(builder)
         self._add_logs(builder)
@@ -148,7 +151,7 @@ class CastStation:
         self.diagram.set_name("cast_station")
         self._hold_first_torque_by_default()
 
-    def _add_plant(self, builder: DiagramBuilder, has_scene: bool) -> None:
+    def _add_plant(self, builder: DiagramBuilder, has_scene: bool, has_ball: bool) -> None:
         self.plant = add_system(builder, "plant", MultibodyPlant(time_step=0.0))
         self.scene_graph: SceneGraph | None = None
         if has_scene:
@@ -156,7 +159,7 @@ class CastStation:
             source = self.plant.RegisterAsSourceForSceneGraph(graph)
             builder.Connect(self.plant.get_geometry_pose_output_port(), graph.get_source_pose_port(source))
             builder.Connect(graph.get_query_output_port(), self.plant.get_geometry_query_input_port())
-        fill_plant(self.plant, self.scenario)
+        fill_plant(self.plant, self.scenario, has_ball=has_ball)
 
     def _connect(self, builder: DiagramBuilder) -> None:
         plant, robot, period = self.plant, self.scenario, self.scenario.controller.period
@@ -185,15 +188,17 @@ class CastStation:
         builder.Connect(self.motors.get_output_port(), self.hold.get_input_port())
         builder.Connect(self.hold.get_output_port(), plant.get_actuation_input_port())
         connect_forces(builder, plant, robot)
-        for name in ("body_poses", "body_spatial_velocities"):
-            builder.Connect(plant.GetOutputPort(name), self.ball_tracker.GetInputPort(name))
+        if self.ball_tracker is not None:
+            for name in ("body_poses", "body_spatial_velocities"):
+                builder.Connect(plant.GetOutputPort(name), self.ball_tracker.GetInputPort(name))
 
     def _export(self, builder: DiagramBuilder) -> None:
         builder.ExportInput(self.plant.get_applied_spatial_force_input_port(), "applied_spatial_force")
         builder.ExportOutput(self.plant.get_state_output_port(), "state")
         builder.ExportOutput(self.plant.get_state_output_port(self._arm), "arm_state")
-        builder.ExportOutput(self.ball_tracker.GetOutputPort("position"), "ball_position")
-        builder.ExportOutput(self.ball_tracker.GetOutputPort("velocity"), "ball_velocity")
+        if self.ball_tracker is not None:
+            builder.ExportOutput(self.ball_tracker.GetOutputPort("position"), "ball_position")
+            builder.ExportOutput(self.ball_tracker.GetOutputPort("velocity"), "ball_velocity")
         for name in filter(self.controller.HasOutputPort, CONTROLLER_PORTS):
             builder.ExportOutput(self.controller.GetOutputPort(name), name)
         builder.ExportOutput(self.hold.get_output_port(), "torque")
@@ -245,7 +250,7 @@ class CastStation:
         q_arm = self._q_start.copy()
         q_arm[0] += arm_model(self.belief.arm).joint_1_turn * motion.start_bearing
         q, v = hanging_positions(self.plant, q_arm), np.zeros(self.plant.num_velocities())
-        if self.scenario.noise.swing > 0:
+        if self.scenario.noise.swing > 0 and self.ball_tracker is not None:
             angles, rates = swing_at_start(self.scenario, noise_seed)
             q[HOOK] += angles
             v[HOOK] += rates

@@ -55,6 +55,8 @@ class ContactFree:
         Whether it did.
     has_diverged
         Whether the simulation diverged.
+    down
+        The state in which the ball was first seen at the rim plane or below it, none if it never was.
     """
 
     motion: CastMotion
@@ -65,6 +67,7 @@ class ContactFree:
     hand_over: StationState
     comes_near: bool
     has_diverged: bool
+    down: StationState | None
 
     @property
     def log_to_hand_over(self) -> Log:
@@ -103,8 +106,9 @@ class ContactFreePhase:
         motion = self._begin(cast, cup, noise_seed, start)
         cup = None if cup is None else self._scenario.place_of_cup(cup)
         period, end = self._scenario.controller.period, motion.stage_ends[Stage.HOLD]
-        n, n_poll, above_until, is_low = 0, POLL_PERIODS, 0.0, False
+        n, n_poll, above_until = 0, POLL_PERIODS, 0.0
         hand_over: StationState | None = None
+        down: StationState | None = None
         has_diverged = False
         try:
             while n * period < end:
@@ -112,8 +116,9 @@ class ContactFreePhase:
                 # A product, as Drake counts its samples: a sum could fall short of the last one.
                 advance(self._simulator, n * period)
                 p_WL, speed = poll_ball(self.station, self._simulator)
-                is_low = is_low or bool(p_WL[2] <= self._scenario.cup.rim_height)
-                if not is_low:
+                if down is None and p_WL[2] <= self._scenario.cup.rim_height:
+                    down = self._state()
+                if down is None:
                     above_until = n * period
                 is_far = cup is None
                 if cup is not None and hand_over is None:
@@ -122,8 +127,8 @@ class ContactFreePhase:
                     is_far = gap > 2 * POLL_PERIODS * travel
                     if gap < CONTACT_POLL_PERIODS * travel:
                         hand_over = self._state()
-                n_poll = POLL_PERIODS if is_far and not is_low else CONTACT_POLL_PERIODS
-                if is_low and (cup is None or hand_over is not None) and self._is_down(p_WL):
+                n_poll = POLL_PERIODS if is_far and down is None else CONTACT_POLL_PERIODS
+                if down is not None and (cup is None or hand_over is not None) and self._is_down(p_WL):
                     break
         except DivergedError:
             has_diverged = True
@@ -136,6 +141,7 @@ class ContactFreePhase:
             hand_over=self._state() if hand_over is None else hand_over,
             comes_near=hand_over is not None,
             has_diverged=has_diverged,
+            down=down,
         )
 
     def _begin(self, cast: Cast, cup: Position | None, noise_seed: int, start: Start | None) -> CastMotion:

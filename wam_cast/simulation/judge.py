@@ -50,12 +50,6 @@ def log_of(free: ContactFree, contact: Contact | None) -> Log:
     return bounded_part(free.log_to_hand_over) if contact is None else contact.log
 
 
-def _until(crossing: Crossing | None, free: ContactFree) -> Log:
-    """Return the log of the contact-free phase up to the landing, or all of it without one: the same with and without a cup."""
-    end = None if crossing is None else int(np.searchsorted(free.log.times, crossing.time, side="right"))
-    return bounded_part(free.log.part(slice(end)))
-
-
 class Judge:
     """Turns the phases of a cast into its outcome; `station` is that of the contact-free phase."""
 
@@ -63,19 +57,22 @@ class Judge:
         plant = station.plant
         self._station, self._scenario = station, station.scenario
         self._kinematics = Kinematics(plant)
-        self._n_q = plant.num_positions()
         self._speed_limits = plant.GetVelocityUpperLimits()[:N_ARM]
         self._lower = plant.GetPositionLowerLimits()[:N_ARM]
         self._upper = plant.GetPositionUpperLimits()[:N_ARM]
         self._torque_limits = plant.GetEffortUpperLimits()
 
-    def outcome(self, free: ContactFree, contact: Contact | None = None) -> Outcome:
-        """Return the outcome of a cast, whose ball comes down as it does in the contact-free phase."""
+    def outcome(self, free: ContactFree, rest_of_drop: Log | None = None, contact: Contact | None = None) -> Outcome:
+        """Return the outcome of a cast, whose ball comes down as it does in the contact-free phase.
+
+        The log of the `rest_of_drop` is of the arm alone, from `free.down` on, if the ball came down before the drop's end.
+        """
         log = log_of(free, contact)
-        limits_hit = self.limits_hit(log)
+        arm = _to_end_of_drop(free, rest_of_drop)
+        limits_hit = self.limits_hit(log, arm)
         has_diverged = free.has_diverged or (contact is not None and contact.has_diverged)
         crossing, slack = (None, np.full(1, np.nan)) if has_diverged else self._landing(free)
-        torque_used, velocity_used = self._limits_used(_until(crossing, free))
+        torque_used, velocity_used = self._limits_used(arm)
         nothing = np.full(3, np.nan)
         landing = nothing[:2] if crossing is None else crossing.p_WL[:2]
         velocity = nothing if crossing is None else crossing.v_WL
@@ -107,18 +104,19 @@ class Judge:
             end_time=float(log.times[-1]),
         )
 
-    def limits_hit(self, log: Log) -> tuple[str, ...]:
+    def limits_hit(self, *logs: Log) -> tuple[str, ...]:
         """Return which limits of the arm were met, such as `joint 4 speed`."""
-        q = log.states[:, :N_ARM]
-        torque_used, velocity_used = self._limits_used(log)
+        q = np.concatenate([log.states[:, :N_ARM] for log in logs])
+        torque_used, velocity_used = np.max([self._limits_used(log) for log in logs], axis=0)
         outside = np.any((q < self._lower) | (q > self._upper), axis=0)
         checks = (("position", outside), ("torque", torque_used > 1 - 1e-9), ("speed", velocity_used > 1))
         return tuple(f"joint {i + 1} {what}" for what, over in checks for i in np.flatnonzero(over))
 
     def _limits_used(self, log: Log) -> tuple[Array, Array]:
         """Return the peak utilization of the torque and velocity limits, (7,) each."""
+        n_q = log.states.shape[1] // 2
         torque_used = motor_utilization(log.torques, self._torque_limits)
-        velocity_used = motor_utilization(log.states[:, self._n_q : self._n_q + N_ARM], self._speed_limits)
+        velocity_used = motor_utilization(log.states[:, n_q : n_q + N_ARM], self._speed_limits)
         return torque_used.max(axis=0, initial=0.0), velocity_used.max(axis=0, initial=0.0)
 
     def _landing(self, free: ContactFree) -> tuple[Crossing | None, Array]:
@@ -154,6 +152,18 @@ class Judge:
         _, _, p_WE = self._kinematics.evaluate(log.states[::TRACKING_SAMPLES])
         p_WE_desired = self._station.desired_path(motion, log.times[::TRACKING_SAMPLES])
         return float(np.linalg.norm(p_WE - p_WE_desired, axis=1).max())
+
+
+def _to_end_of_drop(free: ContactFree, rest: Log | None) -> Log:
+    """Return the arm's log, states (n, 14), of the contact-free phase until the ball was down, and of the rest of the drop.
+
+    It does not depend on a cup.
+    """
+    end = None if free.down is None else int(np.searchsorted(free.log.times, free.down.time + 1e-9))
+    log = free.log.part(slice(end))
+    n_q = log.states.shape[1] // 2
+    arm = Log(log.times, log.states[:, np.r_[0:N_ARM, n_q : n_q + N_ARM]], log.torques)
+    return bounded_part(arm if rest is None else arm.followed_by(rest))
 
 
 def find_crossing(track: BallTrack, height: float) -> Crossing | None:

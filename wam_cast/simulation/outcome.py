@@ -67,12 +67,12 @@ class Outcome:
     miss
         Horizontal distance from the landing to the cup's axis [m]; nan without a cup.
     peak_torque_utilization, peak_velocity_utilization
-        Per joint, the peak utilization of the motors' torque and of the velocity limit, each of shape (7,): up to the landing, as a
-        model predicts them, whether there is a cup or not. `limits_hit` counts on to the end.
+        Per joint, the peak utilization of the motors' torque and of the velocity limit, each of shape (7,): up to the end of the
+        drop, as a model predicts them, whether there is a cup or not. From the landing on they are those of the arm alone.
     peak_tracking_error
         The hand's largest distance from what the controller says by `hand_desired` [m]; nan if it does not say.
     limits_hit
-        Which limits the arm met, such as `("joint 4 speed",)`.
+        Which limits the arm met up to the end of the drop, and with a cup on to `end_time`, such as `("joint 4 speed",)`.
     end_time
         When the outcome was known, from the start of the turn [s].
     return_faults

@@ -16,8 +16,9 @@ from pydrake.systems.framework import LeafSystem
 
 from wam_cast.cast import Cast, checked_cup
 from wam_cast.errors import InputError, checked_integer
+from wam_cast.motion.stages import Stage
 from wam_cast.robot.controller import CastController
-from wam_cast.robot.station import CastStation, believed
+from wam_cast.robot.station import CastStation, Log, believed
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.contact import Contact, ContactPhase
 from wam_cast.simulation.contact_free import ContactFree, ContactFreePhase, Start
@@ -27,6 +28,7 @@ from wam_cast.simulation.kinematics import Kinematics
 from wam_cast.simulation.loop_stability import check_loop
 from wam_cast.simulation.outcome import Outcome, Status
 from wam_cast.simulation.recording import CastRecording, Throw
+from wam_cast.simulation.rest_of_drop import RestOfDrop
 from wam_cast.types import Position
 
 
@@ -67,14 +69,17 @@ class CastSimulator:
         self._contact_free = ContactFreePhase(self._station(has_scene=False))
         self._kinematics = Kinematics(self._contact_free.station.plant)
         self._judge = Judge(self._contact_free.station)
+        self._rest_of_drop = RestOfDrop(self._station(has_scene=False, has_ball=False))
 
     @cached_property
     def _contact(self) -> ContactPhase:
         return ContactPhase(self._station(has_scene=True), self.integration)
 
-    def _station(self, *, has_scene: bool) -> CastStation:
+    def _station(self, *, has_scene: bool, has_ball: bool = True) -> CastStation:
         controller = self._make_controller(believed(self.scenario, self._belief))
-        return CastStation(self.scenario, belief=self._belief, has_scene=has_scene, controller=controller)
+        return CastStation(
+            self.scenario, belief=self._belief, has_scene=has_scene, has_ball=has_ball, controller=controller
+        )
 
     @property
     def integration(self) -> Integration:
@@ -154,7 +159,13 @@ class CastSimulator:
         cup = None if cup is None else checked_cup(cup)
         free = self._contact_free.run(cast, cup, checked_integer("noise_seed", noise_seed, 0), start)
         contact = self._contact.settle(free) if free.comes_near and not free.has_diverged else None
-        return Simulated(cast, free, contact, self._judge.outcome(free, contact))
+        return Simulated(cast, free, contact, self._judge.outcome(free, self._finish_drop(free), contact))
+
+    def _finish_drop(self, free: ContactFree) -> Log | None:
+        """Return the log of the arm alone from where the ball came down to the end of the drop, if there is such a time."""
+        if free.down is None or free.down.time >= free.motion.stage_ends[Stage.DROP]:
+            return None
+        return self._rest_of_drop.run(free.motion, free.down, free.noise_seed)
 
     def _go_home(self, simulated: Simulated) -> Simulated:
         """Simulate the return as well, unless the cast diverged; the outcome tells what went wrong on the way."""

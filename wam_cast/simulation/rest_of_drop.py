@@ -1,0 +1,56 @@
+"""The rest of the drop, of the arm alone: the ball comes down early in the drop, and what limits the arm meets later counts too.
+
+A ball that lies in a cup pulls at nothing. So from where the ball comes down the arm goes on without string and ball, whatever
+becomes of them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from pydrake.systems.analysis import Simulator
+
+from wam_cast.motion.stages import CastMotion, Stage
+from wam_cast.robot.plant import N_ARM
+from wam_cast.robot.station import CastStation, Log
+from wam_cast.robot.station_state import PartState, StationState
+from wam_cast.simulation.integration import EXPLICIT, begin_integration
+from wam_cast.simulation.polling import POLL_PERIODS, DivergedError, advance
+
+ACCURACY = 0.01
+"""Relative error that the integrator allows itself in a step."""
+
+
+class RestOfDrop:
+    """Simulates the arm of a `station` without a ball to the end of the drop."""
+
+    def __init__(self, station: CastStation) -> None:
+        self._station, self._scenario = station, station.scenario
+        self._simulator = Simulator(station.diagram)
+
+    def run(self, motion: CastMotion, since: StationState, noise_seed: int) -> Log:
+        """Return the log from `since`, a state of a station with a ball, to the end of the drop; its states are (n, 14)."""
+        context = self._simulator.get_mutable_context()
+        self._station.begin(context, motion, noise_seed=noise_seed)
+        context.SetTime(since.time)
+        self._station.set_state(context, _of_arm(since))
+        max_step = min(self._scenario.simulation.max_step, self._scenario.controller.period)
+        begin_integration(self._simulator, EXPLICIT, max_step, ACCURACY)
+        self._simulator.Initialize()
+        period, end = self._scenario.controller.period, motion.stage_ends[Stage.DROP]
+        n = round(since.time / period)
+        try:
+            while n * period < end:
+                n += POLL_PERIODS
+                advance(self._simulator, n * period)
+        except DivergedError:
+            pass  # the log shows it: no arm keeps its limits so
+        log = self._station.logged(context)
+        return log.part(log.times <= end)
+
+
+def _of_arm(state: StationState) -> StationState:
+    """Return what a station without a ball has of the state of one with it."""
+    plant, *others = state.parts
+    q, v = np.split(plant.continuous, 2)
+    arm = PartState(np.concatenate([q[:N_ARM], v[:N_ARM]]), plant.discrete, plant.abstract)
+    return StationState(state.time, (arm, *others))

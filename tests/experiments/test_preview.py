@@ -151,7 +151,7 @@ def test_limits_are_named_with_what_keeps_them():
     assert "motion.drop_duration" in all_hit.reason
     fast_hit = verdict_of(wc.Scenario(), casts([Fate.GOOD] * 15 + [Fate.LIMIT_HIT] * 15, limits=limits))
     assert fast_hit.can_work
-    assert "lower bounds.speed to at most 0.56 m/s" in fast_hit.remarks[0]
+    assert "lower bounds.speed (below 0.56 m/s no cast met any)" in fast_hit.remarks[0]
     position = verdict_of(wc.Scenario(), casts([Fate.LIMIT_HIT] * 30, limits=("joint 4 position",)))
     assert "arm.wrist_pitch" in position.reason
 

@@ -163,7 +163,7 @@ def _mend_limits(casts: pd.DataFrame) -> str:
     slowest = casts["speed"][casts["limits_hit"].str.len() > 0].min()
     n_slower = int((casts["speed"] < slowest).sum())
     if n_slower >= LEAST_GOOD_SHARE * len(casts):
-        return f"{names}; lower bounds.speed to at most {slowest:.2f} m/s, below which no cast met any"
+        return f"{names}; lower bounds.speed (below {slowest:.2f} m/s no cast met any)"
     return (
         f"{names}, slow casts too; lengthen motion.drop_duration or reduce motion.drop_distance, and lower bounds.speed"
     )

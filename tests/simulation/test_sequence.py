@@ -12,6 +12,7 @@ from wam_cast.motion.stages import Stage
 from wam_cast.robot.controller import CastController
 from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Noise, Scenario
+from wam_cast.simulation.contact_free import ContactFreePhase
 from wam_cast.simulation.outcome import Outcome, Status
 from wam_cast.simulation.recording import Throw
 from wam_cast.simulation.simulator import CastSimulator, simulate_cast, simulate_casts
@@ -140,9 +141,17 @@ def test_controllers_own_state_goes_on_into_the_cup_and_to_the_next_cast(throws)
     assert own.get_discrete_state(0).value()[0] == pytest.approx(n_periods, abs=4)
 
 
-def test_diverged_simulation_is_followed_by_a_start_from_rest(simulator, throws):
-    wild = Throw(Cast(0.3, 3.0, 0.1), throws[0].cup)
-    diverged, after = simulator.simulate_sequence([wild, throws[0]])
+def test_diverged_simulation_is_followed_by_a_start_from_rest(simulator, throws, monkeypatch):
+    limits = iter([1.0])  # of the ball's speed [m/s], in the first throw alone
+
+    def run(phase, *given):
+        with monkeypatch.context() as patch:
+            patch.setattr("wam_cast.simulation.polling.MAX_BALL_SPEED", next(limits, 100.0))
+            return ContactFreePhase.__dict__["run_"](phase, *given)
+
+    monkeypatch.setattr(ContactFreePhase, "run_", ContactFreePhase.run, raising=False)
+    monkeypatch.setattr(ContactFreePhase, "run", run)
+    diverged, after = simulator.simulate_sequence([throws[0], throws[0]])
     assert diverged.status is Status.DIVERGED
     assert_identical(after, simulator.simulate(throws[0].cast, throws[0].cup))
 

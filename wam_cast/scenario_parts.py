@@ -130,7 +130,7 @@ class String(Part):
     bending_damping: NonNegative = 8e-7
     bending_stiffness: NonNegative = 0.0
     hook_damping: NonNegative = 1e-4
-    knot_damping: NonNegative = 1e-6
+    knot_damping: NonNegative = 1e-5
 
 
 class Ball(Part):

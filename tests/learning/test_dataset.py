@@ -369,7 +369,8 @@ def test_a_changed_model_of_the_arm_is_noticed(no_physics, tmp_path, monkeypatch
     generate(3, tmp_path / "data")
     urdf = (ROOT / "models" / "wam7.urdf").read_text()
     assert "<mass value=" in urdf
-    (tmp_path / "wam7.urdf").write_text(urdf.replace('<mass value="', '<mass value="1', 1))
+    changed = urdf.replace('<mass value="', '<mass value="1', 1).replace("meshes/", f"{ROOT}/models/meshes/")
+    (tmp_path / "wam7.urdf").write_text(changed)
     monkeypatch.setattr("wam_cast.arm.arm_model.models_directory", lambda: tmp_path)
     with pytest.raises(InputError, match="the arm's model changed since"):
         CastDataset.load(tmp_path / "data")

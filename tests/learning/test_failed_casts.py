@@ -3,11 +3,10 @@
 import numpy as np
 import pandas as pd
 import pytest
-from wam_cast.learning.failed_casts import describe_failed_casts, failed_casts
 
 from wam_cast.errors import InputError
 from wam_cast.learning.dataset import CastDataset
-from wam_cast.learning.parts import split_casts
+from wam_cast.learning.parts import describe_failed_casts, failed_casts, split_casts
 from wam_cast.planning.prediction import OUTPUTS
 from wam_cast.scenario import Scenario
 

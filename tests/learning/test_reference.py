@@ -64,15 +64,14 @@ def test_reference_model_predicts_the_standard_deviation_of_its_errors(reference
     normalized = np.abs(model.predict(validation.X)[:, 0] - validation.landing) / std
     levels = np.linspace(0.05, 0.95, 19)
     covered = np.array([np.mean(normalized <= norm.ppf((1 + level) / 2)) for level in levels])
-    # Errors have longer tails than normal ones: if two standard deviations hold 95 %, one holds more than it should.
-    assert np.mean(np.abs(covered - levels)) < 0.06
+    # Errors have longer tails than normal ones: if two standard deviations hold 95 %, less of them hold more than they should.
     assert covered[-1] == pytest.approx(0.95, abs=0.015)
-    assert np.abs(covered - levels).max() < 0.1
+    assert np.all(covered > levels - 0.05)
     # One standard deviation for all casts would be as large as the errors too, but too large for most of them.
     assert np.quantile(std, 0.95) > 5 * np.quantile(std, 0.05)
     half = std > np.median(std)
-    assert np.mean(normalized[half] ** 2) == pytest.approx(1, abs=0.4)
-    assert np.mean(normalized[~half] ** 2) == pytest.approx(1, abs=0.4)
+    for part in (half, ~half):  # where it is large as where it is small
+        assert np.mean(normalized[part] <= 2) == pytest.approx(0.95, abs=0.05)
 
 
 @pytest.mark.parametrize("row", [0, 1, 2, 1699])

@@ -7,7 +7,7 @@ from wam_cast.cast import Cast
 from wam_cast.motion.pendulum import swing_frequency
 from wam_cast.motion.return_path import Return
 from wam_cast.motion.stages import CastMotion, Stage
-from wam_cast.scenario import Scenario
+from wam_cast.scenario import Arm, Motion, Scenario, String
 from wam_cast.simulation.simulator import CastSimulator
 
 SCENARIO = Scenario()
@@ -168,7 +168,12 @@ def test_swing_that_the_return_leaves_is_small_over_the_whole_reach(restitution)
     ],
 )
 def test_a_cup_that_no_ball_can_be_lifted_out_of_leaves_a_way_home(values):
-    scenario = Scenario.from_dict(values)
+    parts = {
+        "string": String,
+        "arm": Arm,
+        "motion": Motion,
+    }  # a scenario that is read is refused if no ball could rest in a cup
+    scenario = Scenario().model_copy(update={name: parts[name](**part) for name, part in values.items()})
     for cup in (0.3, 0.5, 0.7, 0.9, 1.2, 2.0):
         path = Return(scenario, 0.5, cup)
         (radius, height), velocity = path.evaluate(path.duration)

@@ -6,7 +6,6 @@ import pytest
 from wam_cast.cast import Cast
 from wam_cast.errors import InputError
 from wam_cast.learning.sampling import sample_cast
-from wam_cast.robot.controller import CastController
 from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Noise, Scenario
 from wam_cast.simulation import contact_free
@@ -100,7 +99,7 @@ def test_fastest_rate_is_that_of_a_pendulum():
 )
 def test_mean_step_is_the_expected_one(changes):
     setting = scenario(**changes)
-    phase = contact_free.ContactFreePhase(setting, CastController(setting))
+    phase = contact_free.ContactFreePhase(CastStation(setting, has_scene=False))
     log = phase.run(TYPICAL).log
     n_steps = phase._simulator.get_integrator().get_num_steps_taken()
     assert log.times[-1] / n_steps == pytest.approx(phase.integration.expected_step, rel=0.5)

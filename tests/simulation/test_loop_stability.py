@@ -139,4 +139,4 @@ def test_a_simulator_refuses_an_unstable_loop_but_not_a_controller_of_ones_own()
     unstable = scenario(delay=2)
     with pytest.raises(InputError, match="unstable"):
         CastSimulator(unstable)
-    assert CastSimulator(unstable, make_controller=lambda one: CastController(one)).step > 0
+    assert CastSimulator(unstable, make_controller=lambda one: CastController(one)).integration.expected_step > 0

@@ -96,11 +96,8 @@ def replay_page(
             f"predicted_landings: {len(landings)} for {len(casts)} recordings; give a list with one (x, y) or None for each"
         )
     meshcat = open_meshcat()
-    scene = CastScene(casts[0].scenario, casts[0].cup, meshcat=meshcat, frame_rate=FRAME_RATE)
-    # The arm moves by little in a tenth of a second.
-    p_WQ = np.vstack([scene.points_to_show(one, [s for _, s in frame_moments([one], 10.0)]) for one in casts])
+    p_WQ, growth = _record(meshcat, casts)
     camera = place_camera(meshcat, p_WQ, cmath.phase(sum(cmath.rect(1.0, one.cast.bearing) for one in casts)))
-    growth = _record(meshcat, scene, casts)
     # The scene's diagram is a cycle that holds the Meshcat, which must end in this thread; any may collect garbage.
     gc.collect()
     page = DECODER.sub('""', meshcat.StaticHtml())
@@ -110,8 +107,11 @@ def replay_page(
     return head + _player(casts, caption, growth, _view(p_WQ, camera)) + end + tail
 
 
-def _record(meshcat: Meshcat, scene: CastScene, casts: Sequence[CastRecording]) -> dict[str, list[int]]:
-    """Give `meshcat` the `scene` at its start and the animation; return what `_record_paths` does."""
+def _record(meshcat: Meshcat, casts: Sequence[CastRecording]) -> tuple[Array, dict[str, list[int]]]:
+    """Give `meshcat` the scene at its start and the animation; return points to show, (n, 3), and what `_record_paths` does."""
+    scene = CastScene(casts[0].scenario, casts[0].cup, meshcat=meshcat, frame_rate=FRAME_RATE)
+    # The arm moves by little in a tenth of a second.
+    p_WQ = np.vstack([scene.points_to_show(one, [s for _, s in frame_moments([one], 10.0)]) for one in casts])
     moments = frame_moments(casts, FRAME_RATE)
     positions = []
     for number, sample in moments:
@@ -127,7 +127,7 @@ def _record(meshcat: Meshcat, scene: CastScene, casts: Sequence[CastRecording]) 
     animation.set_repetitions(1_000_000)
     growth = _record_paths(meshcat, animation, casts, moments, last)
     meshcat.SetAnimation(animation)
-    return growth
+    return p_WQ, growth
 
 
 def key_frames(positions: Array, tolerance: float) -> list[int]:

@@ -85,7 +85,7 @@ CASES = {
     ),
     "error curve of nan": error_curve(np.full(30, np.nan)),
     "performance": performance(
-        RNG.normal(0, 0.002, 11), np.array([*RNG.normal(0, 0.02, 10), np.nan]), STATUSES
+        RNG.normal(0, 0.002, len(STATUSES)), np.array([*RNG.normal(0, 0.02, len(STATUSES) - 1), np.nan]), STATUSES
     ),
     "performance, all caught": performance(0.1 * FIVE, 0.1 * FIVE, ["caught"] * 5),
     "performance, none landed": performance(0.1 * FIVE, UNKNOWN, ["never_crossed"] * 5),

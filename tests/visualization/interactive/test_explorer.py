@@ -160,7 +160,7 @@ def test_a_cup_out_of_reach_is_named_with_the_nearest_position(page):
     page.press(PLAN)
     assert page.explorer.cast == cast
     assert "out of reach" in page.caption
-    assert "the nearest is 0.985,0.0" in page.caption
+    assert "the nearest is 0.988,0.0" in page.caption
     page.move(cup_distance=0.7)
     assert "out of reach" not in page.caption
 

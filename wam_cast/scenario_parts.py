@@ -110,7 +110,7 @@ class String(Part):
     length
         From the hook in the hand to the ball's centre [m]; the links share it but for the ball's radius.
     n_links
-        Number of links. A cast with 15 takes twice as long as one with 10, with 20 four times, 30 nine, 40 twenty times.
+        Number of links. A cast with 15 takes twice as long as one with 10, with 20 four times, with 40 ten to twenty times.
     mass
         Of the whole string [kg].
     bending_damping

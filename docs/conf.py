@@ -31,10 +31,10 @@ nitpicky = True
 # Names of other packages, which a build would need the network to resolve, and abbreviations of types.
 OTHERS = (
     "builtins|collections|concurrent|contextlib|enum|matplotlib|numpy|pandas|pathlib|pd|pyarrow|pydantic|pydantic_core|"
-    "pydrake|sklearn"
+    "pydrake|sklearn|xml"
 )
 ABBREVIATIONS = (
-    r"AbstractValue|Any|Array|Picture|ArrayLike|Axes|Axis|Figure|NDArray|Path|np\.bool_|object_|"
+    r"AbstractValue|Any|Array|Element|Picture|ArrayLike|Axes|Axis|Figure|NDArray|Path|np\.bool_|object_|"
     r"(float|u?int|complex)\d+|.*\.[RST]"
 )
 PRIVATE = r"lambda|.*<locals>.*|.*\._\w+"  # in the types of what pydantic checks by a function

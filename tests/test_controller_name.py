@@ -7,7 +7,7 @@ from functools import partial
 import pytest
 
 from wam_cast.cli import model_choice
-from wam_cast.controller_name import DEFAULT_CONTROLLER, controller_name
+from wam_cast.controller_names import DEFAULT_CONTROLLER, controller_name
 from wam_cast.errors import InputError
 from wam_cast.learning import dataset
 from wam_cast.learning.dataset import CastDataset, generate_dataset

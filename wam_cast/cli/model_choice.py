@@ -11,7 +11,7 @@ from typing import Any
 import wam_cast as wc
 from wam_cast.cli.check import require_workable
 from wam_cast.cli.terminal import err, progress
-from wam_cast.controller_name import DEFAULT_CONTROLLER
+from wam_cast.controller_names import DEFAULT_CONTROLLER
 from wam_cast.errors import InputError
 from wam_cast.learning.parts import describe_failed_casts
 from wam_cast.storage.atomic import check_writable

@@ -18,7 +18,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from wam_cast.cast import Cast
-from wam_cast.controller_name import DEFAULT_CONTROLLER, controller_name
+from wam_cast.controller_names import DEFAULT_CONTROLLER, controller_name
 from wam_cast.errors import InputError, checked_integer
 from wam_cast.learning.sampling import row_noise_seed, sample_cast
 from wam_cast.parallel.workers import Workers, run_rows

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from wam_cast.cast import cast_bounds
-from wam_cast.controller_name import DEFAULT_CONTROLLER
+from wam_cast.controller_names import DEFAULT_CONTROLLER
 from wam_cast.deprecation import renamed
 from wam_cast.errors import InputError
 from wam_cast.learning.any_regressor import AnyRegressor, Regressor

@@ -128,7 +128,9 @@ def test_random_loops_are_unstable_where_casts_fail():
         if 0 < rate < 25:  # too slow to be told from a single cast
             continue
         simulator = CastSimulator(one, make_controller=lambda belief: CastController(belief))  # which nothing refuses
-        fails = simulator.simulate(longest).status in (Status.DIVERGED, Status.LIMIT_HIT)
+        outcome = simulator.simulate(longest)
+        # An unstable loop saturates the motors; soft gains alone may exceed a velocity limit at the end of the drop.
+        fails = outcome.status is Status.DIVERGED or any("torque" in limit for limit in outcome.limits_hit)
         assert fails == (rate > MAX_GROWTH), f"{one.controller}: {rate:.3g} 1/s"
         n_unstable += fails
     assert 5 < n_unstable < 24

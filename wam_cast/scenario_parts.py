@@ -132,6 +132,10 @@ class String(Part):
     hook_damping: NonNegative = 1e-4
     knot_damping: NonNegative = 1e-5
 
+    def link_length(self, ball: Ball) -> float:
+        """Return the length of a link [m], with the `ball` at the string's end."""
+        return (self.length - ball.radius) / self.n_links
+
 
 class Ball(Part):
     """The ball.

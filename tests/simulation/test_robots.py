@@ -19,8 +19,13 @@ WALL = {
 }
 
 
-def landing(changes, cast=CAST, **options):
-    return CastSimulator(Scenario.from_dict(changes), **options).simulate(cast).landing
+def on_table(radius):
+    """Return a scenario 0.4 m higher than the reference, its cup on a round table of that radius [m]."""
+    return {
+        "arm": {"mount_height": 1.746},
+        "motion": {"start_height": 1.20},
+        "cup": {"rim_height": 0.52, "base_height": 0.40, "base_radius": radius},
+    }
 
 
 def hand_at_start(changes, bearing=0.0):
@@ -65,27 +70,17 @@ def test_landing_turns_with_the_bearing_of_an_arm_on_the_floor():
 def test_everything_a_table_higher_lands_in_the_same_cup_the_same():
     """Arm, hand, cup and floor of a table raised by 0.4 m: nothing that the ball feels is different."""
     on_floor = CastSimulator(Scenario())
-    raised = {
-        "arm": {"mount_height": 1.746},
-        "motion": {"start_height": 1.20},
-        "cup": {"rim_height": 0.52, "base_height": 0.40, "base_radius": 0.3},
-    }
-    on_table = CastSimulator(Scenario.from_dict(raised))
+    raised = CastSimulator(Scenario.from_dict(on_table(0.3)))
     where = on_floor.simulate(CAST).landing
-    np.testing.assert_allclose(on_table.simulate(CAST).landing, where, atol=1e-9)
+    np.testing.assert_allclose(raised.simulate(CAST).landing, where, atol=1e-9)
     for off in (0.0, 0.033, 0.10):
         cup = (where[0] + off, where[1])
-        one, other = (simulator.simulate(CAST, cup) for simulator in (on_floor, on_table))
+        one, other = (simulator.simulate(CAST, cup) for simulator in (on_floor, raised))
         assert one.status == other.status
 
 
 def test_ball_beside_the_cup_lies_on_the_table_and_not_on_the_floor():
-    raised = {
-        "arm": {"mount_height": 1.746},
-        "motion": {"start_height": 1.20},
-        "cup": {"rim_height": 0.52, "base_height": 0.40, "base_radius": 0.5},
-    }
-    simulator = CastSimulator(Scenario.from_dict(raised))
+    simulator = CastSimulator(Scenario.from_dict(on_table(0.5)))
     where = simulator.simulate(CAST).landing
     recording = simulator.record(CAST, (where[0] + 0.12, where[1]), returns=False)
     assert recording.outcome.status is Status.SHORT

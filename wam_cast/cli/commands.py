@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
@@ -18,13 +18,13 @@ import typer
 import wam_cast as wc
 from wam_cast.cli import model_choice, options, results
 from wam_cast.cli.check import print_preview, require_workable
-from wam_cast.cli.options import parse_cast, parse_cup
+from wam_cast.cli.options import parse_cup
 from wam_cast.cli.output_files import ThrowFiles, check_picture
 from wam_cast.cli.results import Executed, plan_record, print_json, throw_record
 from wam_cast.cli.terminal import err, out, phase_progress, progress
+from wam_cast.cli.throwing import execute, given_throws, make_plans
 from wam_cast.errors import InputError
 from wam_cast.learning.parts import describe_failed_casts, failed_casts
-from wam_cast.types import Position
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
@@ -100,10 +100,10 @@ def throw(
             raise InputError(
                 "--cast is executed as given: leave --model, --train and --solver out, which serve to plan one"
             )
-        setting, throws = model_choice.load_scenario(belief or scenario), _given_throws(cast, cups)
+        setting, throws = model_choice.load_scenario(belief or scenario), given_throws(cast, cups)
     else:
         setting, forward = model_choice.scenario_and_model(belief or scenario, model, train)
-        made = _plans(forward, cups, planner, solver)
+        made = make_plans(forward, cups, planner, solver)
         plans, throws = made, [wc.Throw(plan.cast, plan.cup) for plan in made]
     outcomes: list[wc.Outcome] = []
     try:
@@ -114,7 +114,7 @@ def throw(
                 advance(len(outcomes))
 
             robot = setting if belief is None else model_choice.load_scenario(scenario)
-            _execute(robot, setting, throws, plans, seed, files, note)
+            execute(robot, setting, throws, plans, seed, files, note)
     finally:
         # What was finished is told even if the rest is interrupted.
         executed = [Executed(*one) for one in zip(throws, plans, outcomes, strict=False)]
@@ -140,7 +140,7 @@ def plan(
     """Plan a cast for each cup, without executing it."""
     cups = [parse_cup(text) for text in cup]
     _, forward = model_choice.scenario_and_model(scenario, model, train)
-    plans = _plans(forward, cups, planner, solver)
+    plans = make_plans(forward, cups, planner, solver)
     if as_json:
         records = [plan_record(one) for one in plans]
         print_json(records if len(plans) > 1 else records[0])
@@ -343,39 +343,3 @@ def show(
     except KeyboardInterrupt:
         err.print("interrupted")
         os._exit(130)  # at its regular end Meshcat would wait for browsers that loaded the page a while ago
-
-
-def _plans(
-    model: wc.ForwardModel, cups: list[Position], planner: options.Planner, solver: options.Solver
-) -> list[wc.Plan]:
-    plans = []
-    with progress("planning", len(cups)) as advance:
-        for done, cup in enumerate(cups, 1):
-            plans.append(wc.plan_cast(model, cup, planner, solver))
-            advance(done)
-    return plans
-
-
-def _given_throws(casts: list[str], cups: list[Position]) -> list[wc.Throw]:
-    if len(casts) != len(cups):
-        raise InputError(f"--cast: {len(casts)} for {len(cups)} cups; give as many --cast as --cup, in the same order")
-    return [wc.Throw(parse_cast(text, cup), cup) for text, cup in zip(casts, cups, strict=True)]
-
-
-def _execute(
-    robot: wc.Scenario,
-    belief: wc.Scenario,
-    throws: list[wc.Throw],
-    plans: Sequence[wc.Plan | None],
-    seed: int,
-    files: ThrowFiles,
-    on_outcome: Callable[[wc.Outcome], None],
-) -> None:
-    """Execute casts after each other; if it is to be shown, to the end of the last return, and write what is wanted."""
-    if any(files):
-        simulator = wc.CastSimulator(robot, belief)
-        recordings = simulator.record_sequence(throws, noise_seed=seed, on_outcome=on_outcome)
-        files.write(recordings, [None if plan is None else plan.predicted_landing for plan in plans])
-    else:
-        casts, cups = [throw.cast for throw in throws], [throw.cup for throw in throws]
-        wc.simulate_casts(robot, casts, cups, belief=belief, noise_seed=seed, on_outcome=on_outcome)

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from wam_cast.arm.arm_model import arm_model
+from wam_cast.cast import PARAMETERS, Cast
 from wam_cast.errors import checked_integer
 from wam_cast.experiments.frames import Record, records, to_plain
 from wam_cast.experiments.preview_verdict import (
@@ -145,8 +146,9 @@ def preview_scenario(scenario: Scenario, n_casts: int = N_CASTS, *, ends_early: 
     outcomes: list[Outcome] = []
     started = time.process_time()
     for row in range(n_casts):
-        outcomes.append(_simulate(simulator, row))
-        rows.append(_columns(scenario, row, outcomes[-1]))
+        cast = sample_cast(scenario, 0, row)
+        outcomes.append(simulator.simulate(cast, noise_seed=row_noise_seed(0, row)))
+        rows.append(_columns(scenario, row, cast, outcomes[-1]))
         if ends_early and len(rows) >= FEWEST_CASTS and is_surely_good(pd.DataFrame(rows)):
             break
     cast_time = (time.process_time() - started) / len(rows)
@@ -162,15 +164,10 @@ def preview_scenario(scenario: Scenario, n_casts: int = N_CASTS, *, ends_early: 
     )
 
 
-def _simulate(simulator: CastSimulator, row: int) -> Outcome:
-    return simulator.simulate(sample_cast(simulator.scenario, 0, row), noise_seed=row_noise_seed(0, row))
-
-
-def _columns(scenario: Scenario, row: int, outcome: Outcome) -> dict[str, Any]:
-    cast = sample_cast(scenario, 0, row)
+def _columns(scenario: Scenario, row: int, cast: Cast, outcome: Outcome) -> dict[str, Any]:
     return {
         "cast": row,
-        **{name: getattr(cast, name) for name in ("distance", "speed", "wait")},
+        **dict(zip(PARAMETERS, cast.to_array().tolist(), strict=True)),
         "status": outcome.status.value,
         "fate": fate_of(scenario, cast.distance, outcome).value,
         "landing_along": outcome.landing_along,

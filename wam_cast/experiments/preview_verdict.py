@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
@@ -131,14 +131,12 @@ def _mend_hanging(scenario: Scenario, casts: pd.DataFrame) -> str:
     """Return by how much longer a string or deeper a drop the ball would be free where half of these casts land."""
     motion, string, tether = scenario.motion, scenario.string, scenario.tether
     hanging = casts[casts["fate"] == Fate.HANGS]
-    apart = float(np.median(np.abs(motion.start_radius + hanging["distance"] - hanging["landing_along"]))) + tether.play
-    needed = math.hypot(tether.height, apart) / (1 - tether.margin)
-    ways = [f"lengthen string.length from {string.length:g} to about {_up(needed)} m"]
-    lower = (1 - tether.margin) ** 2 * string.length**2 - apart**2
-    if lower > 0:
-        deeper = motion.drop_distance + tether.height - math.sqrt(lower)
-        if deeper < motion.start_height - scenario.cup.rim_height:
-            ways.append(f"deepen motion.drop_distance from {motion.drop_distance:g} to about {_up(deeper)} m")
+    apart = float(np.median(np.abs(motion.start_radius + hanging["distance"] - hanging["landing_along"])))
+    aside = replace(tether, play=tether.play + apart)  # as if the cup were right below the hand, and so much wider
+    ways = [f"lengthen string.length from {string.length:g} to about {_up(aside.least_length)} m"]
+    deeper = motion.drop_distance + tether.height - aside.greatest_height
+    if deeper < motion.start_height - scenario.cup.rim_height:
+        ways.append(f"deepen motion.drop_distance from {motion.drop_distance:g} to about {_up(deeper)} m")
     return " or ".join(ways)
 
 

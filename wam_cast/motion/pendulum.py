@@ -24,7 +24,7 @@ def swing_frequency(scenario: Scenario) -> float:
     A_ii = m_i c_i^2 + M_i l_i^2 + I_i, G_ii = g (m_i c_i + M_i l_i), and B is the bending stiffness between links.
     """
     string, ball, n = scenario.string, scenario.ball, scenario.string.n_links
-    link, mass = (string.length - ball.radius) / n, string.mass / n
+    link, mass = string.link_length(ball), string.mass / n
     length = np.r_[np.full(n, link), ball.radius]
     masses = np.r_[np.full(n, mass), ball.mass]
     below = np.r_[np.cumsum(masses[::-1])[::-1][1:], 0.0]

@@ -58,9 +58,9 @@ def _friction_force(builder: DiagramBuilder, plant: MultibodyPlant, friction: Ar
 
 def bending_gain(plant: MultibodyPlant, scenario: Scenario) -> Array:
     """Return K, shape (n_v, n_x): the springs at the joints between links give K x at the plant's state x."""
-    string, ball = scenario.string, scenario.ball
+    string = scenario.string
     first, last = HOOK.stop, HOOK.stop + 2 * (string.n_links - 1)
     gain = np.zeros((plant.num_velocities(), plant.num_multibody_states()))
     joints = np.arange(first, last)
-    gain[joints, joints] = -string.bending_stiffness * string.n_links / (string.length - ball.radius)
+    gain[joints, joints] = -string.bending_stiffness / string.link_length(scenario.ball)
     return gain

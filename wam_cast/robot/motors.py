@@ -77,9 +77,8 @@ class Motors(LeafSystem):
 def delay_line(n_samples: int, period: float) -> LinearSystem:
     """Return a block that samples torques [N m] (7) every `period` [s] and gives the one of `n_samples` before the next.
 
-    Drake's own blocks for it start at zero, this one with what its default state is made.
-
-    One sample is a zero-order hold: the last torque, until the next one. The state is the samples, the newest first.
+    One sample is a zero-order hold: the last torque, until the next one. The state is the samples, the newest first. Drake's own
+    blocks for it start at zero, this one with what its default state is made.
     """
     n = n_samples * N_ARM
     first, last = np.eye(n, N_ARM), np.eye(N_ARM, n, n - N_ARM)

@@ -84,7 +84,7 @@ def add_string(plant: MultibodyPlant, string: String, ball: Ball, parent_frame: 
     angle, which may turn without limit.
     """
     model = plant.AddModelInstance("string")
-    link_length = (string.length - ball.radius) / string.n_links
+    link_length = string.link_length(ball)
     inertia = SpatialInertia(
         string.mass / string.n_links,
         np.array([0, 0, link_length / 2]),
@@ -231,6 +231,16 @@ def make_arm_plant(scenario: Scenario) -> MultibodyPlant:
     add_arm(plant, scenario)
     plant.Finalize()
     return plant
+
+
+def joint_damping(plant: MultibodyPlant) -> Array:
+    """Return the viscous damping of every velocity [N m s], shape (n_v,)."""
+    damping = np.zeros(plant.num_velocities())
+    for index in plant.GetJointIndices():
+        joint = plant.get_joint(index)
+        start = joint.velocity_start()
+        damping[start : start + joint.num_velocities()] = joint.default_damping_vector()
+    return damping
 
 
 def starting_posture(arm_plant: MultibodyPlant, scenario: Scenario, bearing: float = 0.0) -> Array:

@@ -16,12 +16,9 @@ from wam_cast.motion.stages import CastMotion, Stage
 from wam_cast.robot.station import CastStation, Log
 from wam_cast.robot.station_state import StationState
 from wam_cast.simulation.ball_and_cup import SLACK_MARGIN, gap_to_contact
-from wam_cast.simulation.integration import begin_integration, choose_integration
+from wam_cast.simulation.integration import ACCURACY, begin_integration, choose_integration
 from wam_cast.simulation.polling import CONTACT_POLL_PERIODS, POLL_PERIODS, DivergedError, advance, poll_ball
 from wam_cast.types import Array, Position
-
-ACCURACY = 0.01
-"""Relative error that the integrator allows itself in a step: it keeps every step stable, and the landing to micrometres."""
 
 TRAVEL_MARGIN = 2e-4
 """How much farther than at its present speed the ball may get in a control period [m]."""

@@ -11,7 +11,7 @@ from scipy.linalg import expm
 
 from wam_cast.errors import InputError
 from wam_cast.robot.controller import MeasuredArm
-from wam_cast.robot.plant import N_ARM, make_arm_plant, starting_posture
+from wam_cast.robot.plant import N_ARM, joint_damping, make_arm_plant, starting_posture
 from wam_cast.scenario import Controller, Scenario
 from wam_cast.types import Array
 
@@ -86,13 +86,8 @@ def _arm_dynamics(plant: MultibodyPlant, q: Array) -> tuple[Array, Array]:
     context = plant.CreateDefaultContext()
     plant.SetPositions(context, q)
     M_inverse = np.linalg.inv(plant.CalcMassMatrix(context))
-    damping = np.zeros(N_ARM)
-    for index in plant.GetJointIndices():
-        joint = plant.get_joint(index)
-        if joint.num_velocities() == 1:
-            damping[joint.velocity_start()] = joint.default_damping_vector()[0]
     zero, one = np.zeros((N_ARM, N_ARM)), np.eye(N_ARM)
-    A = np.block([[zero, one], [M_inverse @ _gravity_gradient(plant, q), -M_inverse @ np.diag(damping)]])
+    A = np.block([[zero, one], [M_inverse @ _gravity_gradient(plant, q), -M_inverse @ np.diag(joint_damping(plant))]])
     return A, np.vstack([zero, M_inverse])
 
 

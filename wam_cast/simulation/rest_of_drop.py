@@ -13,18 +13,15 @@ from wam_cast.motion.stages import CastMotion, Stage
 from wam_cast.robot.plant import N_ARM
 from wam_cast.robot.station import CastStation, Log
 from wam_cast.robot.station_state import PartState, StationState
-from wam_cast.simulation.integration import EXPLICIT, begin_integration
+from wam_cast.simulation.integration import ACCURACY, EXPLICIT, Integration, begin_integration
 from wam_cast.simulation.polling import POLL_PERIODS, DivergedError, advance
-
-ACCURACY = 0.01
-"""Relative error that the integrator allows itself in a step."""
 
 
 class RestOfDrop:
-    """Simulates the arm of a `station` without a ball to the end of the drop."""
+    """Simulates the arm of a `station` without a ball to the end of the drop, in steps as long as with one."""
 
-    def __init__(self, station: CastStation) -> None:
-        self._station, self._scenario = station, station.scenario
+    def __init__(self, station: CastStation, integration: Integration) -> None:
+        self._station, self._max_step = station, integration.max_step
         self._simulator = Simulator(station.diagram)
 
     def run(self, motion: CastMotion, since: StationState, noise_seed: int) -> Log:
@@ -33,10 +30,9 @@ class RestOfDrop:
         self._station.begin(context, motion, noise_seed=noise_seed)
         context.SetTime(since.time)
         self._station.set_state(context, _of_arm(since))
-        max_step = min(self._scenario.simulation.max_step, self._scenario.controller.period)
-        begin_integration(self._simulator, EXPLICIT, max_step, ACCURACY)
+        begin_integration(self._simulator, EXPLICIT, self._max_step, ACCURACY)
         self._simulator.Initialize()
-        period, end = self._scenario.controller.period, motion.stage_ends[Stage.DROP]
+        period, end = self._station.scenario.controller.period, motion.stage_ends[Stage.DROP]
         n = round(since.time / period)
         try:
             while n * period < end:

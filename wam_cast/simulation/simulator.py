@@ -69,7 +69,7 @@ class CastSimulator:
         self._contact_free = ContactFreePhase(self._station(has_scene=False))
         self._kinematics = Kinematics(self._contact_free.station.plant)
         self._judge = Judge(self._contact_free.station)
-        self._rest_of_drop = RestOfDrop(self._station(has_scene=False, has_ball=False))
+        self._rest_of_drop = RestOfDrop(self._station(has_scene=False, has_ball=False), self.integration)
 
     @cached_property
     def _contact(self) -> ContactPhase:

@@ -113,9 +113,9 @@ class CastScene:
         at_rest = np.zeros(self.plant.num_velocities())
         q = hanging_positions(self.plant, q_arm)
         self.set_state(0.0, np.concatenate([q, at_rest]))
-        string, radius = self._scenario.string, self._scenario.ball.radius
-        lengths = np.append(np.full(string.n_links, (string.length - radius) / string.n_links), radius)
-        room = self.pose(self.plant.GetFrameByName("hook")).translation()[2] - radius
+        string, ball = self._scenario.string, self._scenario.ball
+        lengths = np.append(np.full(string.n_links, string.link_length(ball)), ball.radius)
+        room = self.pose(self.plant.GetFrameByName("hook")).translation()[2] - ball.radius
         below = np.cumsum(lengths) - lengths
         # The angle from the vertical of each link and of the ball; turned about its y axis, level as long as none is tilted.
         tilts = np.arccos(np.clip((room - below) / lengths, 0.0, 1.0))

@@ -1,0 +1,51 @@
+"""What `throw` and `plan` do: casts for cups, planned or given, and their execution."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import wam_cast as wc
+from wam_cast.cli import options
+from wam_cast.cli.options import parse_cast
+from wam_cast.cli.output_files import ThrowFiles
+from wam_cast.cli.terminal import progress
+from wam_cast.errors import InputError
+from wam_cast.types import Position
+
+
+def make_plans(
+    model: wc.ForwardModel, cups: list[Position], planner: options.Planner, solver: options.Solver
+) -> list[wc.Plan]:
+    """Plan a cast for each cup."""
+    plans = []
+    with progress("planning", len(cups)) as advance:
+        for done, cup in enumerate(cups, 1):
+            plans.append(wc.plan_cast(model, cup, planner, solver))
+            advance(done)
+    return plans
+
+
+def given_throws(casts: list[str], cups: list[Position]) -> list[wc.Throw]:
+    """Return the casts that `--cast` gives, each with its cup. Raises `.InputError`."""
+    if len(casts) != len(cups):
+        raise InputError(f"--cast: {len(casts)} for {len(cups)} cups; give as many --cast as --cup, in the same order")
+    return [wc.Throw(parse_cast(text, cup), cup) for text, cup in zip(casts, cups, strict=True)]
+
+
+def execute(
+    robot: wc.Scenario,
+    belief: wc.Scenario,
+    throws: list[wc.Throw],
+    plans: Sequence[wc.Plan | None],
+    seed: int,
+    files: ThrowFiles,
+    on_outcome: Callable[[wc.Outcome], None],
+) -> None:
+    """Execute casts after each other; if it is to be shown, to the end of the last return, and write what is wanted."""
+    if any(files):
+        simulator = wc.CastSimulator(robot, belief)
+        recordings = simulator.record_sequence(throws, noise_seed=seed, on_outcome=on_outcome)
+        files.write(recordings, [None if plan is None else plan.predicted_landing for plan in plans])
+    else:
+        casts, cups = [throw.cast for throw in throws], [throw.cup for throw in throws]
+        wc.simulate_casts(robot, casts, cups, belief=belief, noise_seed=seed, on_outcome=on_outcome)

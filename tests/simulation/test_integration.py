@@ -6,11 +6,13 @@ import pytest
 from wam_cast.cast import Cast
 from wam_cast.errors import InputError
 from wam_cast.learning.sampling import sample_cast
+from wam_cast.robot.controller import CastController
 from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Noise, Scenario
 from wam_cast.simulation import contact_free
 from wam_cast.simulation.integration import EXPLICIT, IMPLICIT, choose_integration, fastest_rate
 from wam_cast.simulation.outcome import Status
+from wam_cast.simulation.polling import MAX_STATE
 from wam_cast.simulation.simulator import CastSimulator
 
 TYPICAL = Cast(0.30, 0.60, 0.10)
@@ -114,3 +116,19 @@ def test_swing_changes_no_integration():
 def test_cast_that_would_take_minutes_is_refused(changes):
     with pytest.raises(InputError, match=r"would take about \d+ s.*choose longer steps"):
         CastSimulator(scenario(**changes))
+
+
+def test_string_that_flails_ever_faster_diverges_and_asks_for_no_endless_steps():
+    """An arm out of control: the joints' speeds are still bounded when no step is short enough."""
+    unstable = {
+        "kp": 15583.44034954718,
+        "kd": 299.7330235315739,
+        "posture_stiffness": [5.565585486466768 * one for one in Scenario().controller.posture_stiffness],
+        "posture_damping": [1.558128995638939 * one for one in Scenario().controller.posture_damping],
+        "period": 0.004,
+        "delay": 3,
+    }
+    simulator = CastSimulator(scenario(controller=unstable), make_controller=lambda known: CastController(known))
+    assert simulator.simulate(Cast(0.4, 0.6, 0.1)).status is Status.DIVERGED
+    state = simulator._contact_free._simulator.get_context().get_continuous_state_vector().CopyToVector()
+    assert np.abs(state).max() < MAX_STATE

@@ -21,6 +21,10 @@ MAX_STATE = 1e3
 """So does a joint's angle [rad] or speed [rad/s] beyond this."""
 
 
+TOO_SHORT_A_STEP = "step smaller than minimum allowed"
+"""Of an integrator's message."""
+
+
 class DivergedError(RuntimeError):
     """The simulated numbers run away."""
 
@@ -33,8 +37,9 @@ def advance(simulator: Simulator, time: float) -> None:
             simulator.AdvanceTo(time)
     except (RuntimeError, SystemExit) as error:
         # Drake reports a state that is no longer finite by one or the other, depending on who notices first.
+        # Or that no step is short enough, before that.
         state = simulator.get_context().get_continuous_state_vector().CopyToVector()
-        if np.all(np.abs(state) < MAX_STATE):
+        if np.all(np.abs(state) < MAX_STATE) and TOO_SHORT_A_STEP not in str(error):
             raise
         raise DivergedError(str(error)) from error
 

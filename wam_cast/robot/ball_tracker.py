@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+from pydrake.systems.framework import BasicVector, Context
 
 from wam_cast.robot.drake_types import evaluate
+from wam_cast.robot.python_system import PythonSystem
 
 
-class BallTracker(LeafSystem):
+class BallTracker(PythonSystem):
     """Picks the ball out of the plant's body poses and velocities: -> position p_WL [m] (3), velocity v_WL [m/s] (3)."""
 
     def __init__(self, plant: MultibodyPlant) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JacobianWrtVariable
-from pydrake.systems.framework import BasicVector, Context, LeafSystem, NumericParameterIndex
+from pydrake.systems.framework import BasicVector, Context, NumericParameterIndex
 from scipy.linalg.lapack import dposv
 
 from wam_cast.arm.arm_model import arm_model
@@ -17,6 +17,7 @@ from wam_cast.cast import Cast, default_cast
 from wam_cast.motion.stages import CastMotion
 from wam_cast.robot.drake_types import declare_cache_entry, evaluate
 from wam_cast.robot.plant import N_ARM, make_arm_plant, starting_posture
+from wam_cast.robot.python_system import PythonSystem
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array
 
@@ -85,7 +86,7 @@ class Desired(NamedTuple):
     motion: CastMotion
 
 
-class ArmController(LeafSystem):
+class ArmController(PythonSystem):
     """Base of a controller: a subclass says in `torque` what it wants of the motors.
 
     It is a pure function of time, arm state and cast: the cast is a numeric parameter of the context, by default `.default_cast`,

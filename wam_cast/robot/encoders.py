@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+from pydrake.systems.framework import BasicVector, Context
 
 from wam_cast.robot.drake_types import evaluate
 from wam_cast.robot.plant import N_ARM
+from wam_cast.robot.python_system import PythonSystem
 from wam_cast.types import Array
 
 
@@ -19,7 +20,7 @@ def encoder_resolution(plant: MultibodyPlant, counts: int) -> Array:
     return np.array([2 * np.pi / (counts * actuator.default_gear_ratio()) for actuator in actuators])
 
 
-class Encoders(LeafSystem):
+class Encoders(PythonSystem):
     """Adds an offset to the angles, and rounds angles to integer counts and speeds to integer counts in a control period.
 
     The speeds are as coarse as a difference of two samples, but not late as that would be.

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+from pydrake.systems.framework import BasicVector, Context
 from pydrake.systems.primitives import LinearSystem
 
 from wam_cast.robot.drake_types import evaluate
 from wam_cast.robot.plant import N_ARM
+from wam_cast.robot.python_system import PythonSystem
 from wam_cast.scenario import Arm
 from wam_cast.types import Array
 
@@ -36,7 +37,7 @@ def saturate(torque: Array, limits: Array) -> Array:
     return np.asarray(torque / np.maximum(motor_utilization(torque, limits), 1.0))
 
 
-class Motors(LeafSystem):
+class Motors(PythonSystem):
     """Saturates the commanded torque, and scales it as this arm's motors do.
 
     Above `Arm.knee_speed` the limits of torques that drive the motion fall linearly, to zero at the velocity limit.

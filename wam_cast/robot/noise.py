@@ -12,11 +12,12 @@ from functools import lru_cache
 
 import numpy as np
 from pydrake.common.value import Value
-from pydrake.systems.framework import AbstractParameterIndex, BasicVector, Context, LeafSystem
+from pydrake.systems.framework import AbstractParameterIndex, BasicVector, Context
 
 from wam_cast.cast import Cast
 from wam_cast.robot.drake_types import evaluate, held
 from wam_cast.robot.plant import N_ARM
+from wam_cast.robot.python_system import PythonSystem
 from wam_cast.scenario import Noise, Scenario
 from wam_cast.types import Array
 
@@ -71,7 +72,7 @@ def _torque_chunk(noise_seed: int, chunk: int) -> Array:
     return deviates
 
 
-class TorqueNoise(LeafSystem):
+class TorqueNoise(PythonSystem):
     """Adds noise to the commanded torque.
 
     The noise is a pure function of the noise seed, an abstract parameter of the context, and of the number of the control

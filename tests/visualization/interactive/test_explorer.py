@@ -13,7 +13,7 @@ from wam_cast.arm.arm_model import arm_model
 from wam_cast.cast import Cast, is_allowed
 from wam_cast.learning.reference import reference_model
 from wam_cast.planning.plan import plan_cast
-from wam_cast.scenario import Arm, Scenario
+from wam_cast.scenario import Arm, Motion, Scenario
 from wam_cast.simulation.outcome import Status
 from wam_cast.simulation.simulator import simulate_cast
 from wam_cast.visualization.interactive import explorer as explorer_module
@@ -273,8 +273,9 @@ def test_with_the_cup_moved_to_the_ball_the_same_cast_is_caught_without_a_model_
 
 @pytest.mark.slow
 def test_a_cast_that_never_lands_is_told_and_the_next_one_works():
-    # A hand that drops by so little leaves the ball above the rim.
-    page = Page(Scenario.from_dict({"motion": {"drop_distance": 0.01, "hold_duration": 0.1}}))
+    # A hand that drops by so little leaves the ball above the rim; a scenario that is read is refused for it.
+    shallow = Motion(drop_distance=0.01, hold_duration=0.1)
+    page = Page(Scenario().model_copy(update={"motion": shallow}))
     page.press(CAST)
     assert page.explorer.outcome.status is Status.NEVER_CROSSED
     assert "Never crossed" in page.caption

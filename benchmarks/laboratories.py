@@ -26,6 +26,7 @@ from rich.progress import Progress
 
 from wam_cast.casting_plane import from_polar
 from wam_cast.errors import InputError
+from wam_cast.experiments.preview import preview_scenario
 from wam_cast.experiments.trials import Trial, draw_cups, failures, trial_row
 from wam_cast.learning.dataset import CastDataset, generate_dataset
 from wam_cast.learning.forward_model import ForwardModel
@@ -82,9 +83,12 @@ def main() -> None:
     sys.exit(0 if all(result["verdict"] in ("refused", "all caught") for result in results) else 1)
 
 
-def verdict_before(robot: Scenario, belief: Scenario) -> None:
-    """Raise `.InputError` if it can be seen before anything is cast that the scenario cannot work."""
+def check(robot: Scenario, belief: Scenario) -> None:
+    """Raise `.InputError` if it can be seen before anything is learned that the scenario cannot work."""
     CastSimulator(robot, belief)
+    verdict = preview_scenario(belief, ends_early=True).verdict
+    if not verdict.can_work:
+        raise InputError(verdict.reason)
 
 
 def tried(laboratory: Laboratory, *, casts: int, cups: int, seed: int, workers: Workers) -> Result:
@@ -92,7 +96,7 @@ def tried(laboratory: Laboratory, *, casts: int, cups: int, seed: int, workers: 
     start = time.monotonic()
     try:
         robot, belief = scenarios_of(laboratory)
-        verdict_before(robot, belief)
+        check(robot, belief)
     except InputError as error:
         return {"verdict": "refused", "reason": str(error)}
     try:

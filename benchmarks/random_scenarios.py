@@ -177,10 +177,11 @@ def tried(path: Path, seed: int) -> Result:
     statuses = ", ".join(outcome.status.value for outcome in outcomes)
     if all(outcome.status is not Status.DIVERGED for outcome in outcomes):
         return Result("simulated", statuses)
-    finer = {"simulation": scenario.simulation.model_copy(update={"max_step": simulator.step / 2})}
+    step = simulator.integration.max_step
+    finer = {"simulation": scenario.simulation.model_copy(update={"max_step": step / 2})}
     again = list(_cast(CastSimulator(scenario.model_copy(update=finer)), seed))
     remains = any(outcome.status is Status.DIVERGED for outcome in again)
-    return Result("diverged" if remains else "step too long", f"{statuses} at a step of {simulator.step:.3g} s")
+    return Result("diverged" if remains else "step too long", f"{statuses} in steps of up to {step:.3g} s")
 
 
 def _cast(simulator: CastSimulator, seed: int) -> Iterator[Outcome]:

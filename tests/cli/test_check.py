@@ -11,6 +11,7 @@ import wam_cast as wc
 from wam_cast.cli import check, model_choice
 from wam_cast.experiments.preview import Preview
 from wam_cast.experiments.preview_verdict import Fate, Verdict
+from wam_cast.storage.dataset_directory import DatasetDirectory
 
 GOOD = Verdict(True, "2 of 3 casts could be caught", ("1 of 3 casts diverged: lower bounds.speed",))
 BAD = Verdict(
@@ -123,12 +124,29 @@ def test_work_on_a_scenario_that_cannot_work_does_not_begin(cli, folder, asked, 
 
 
 def test_work_that_has_begun_is_not_asked_about_again(asked, folder):
-    begun = folder / "manifest.json"
-    check.require_workable(wc.Scenario(), None, begun)
+    work = folder / "d"
+    check.require_workable(wc.Scenario(), None, DatasetDirectory, work)
     assert len(asked) == 1
-    begun.write_text("{}")
-    check.require_workable(wc.Scenario(), None, begun)
+    work.mkdir()
+    (work / "manifest.json").write_text("{}")
+    check.require_workable(wc.Scenario(), None, DatasetDirectory, work)
     assert len(asked) == 1
+
+
+@pytest.mark.parametrize("command", ["generate --casts 40", "reproduce --quick"])
+@pytest.mark.parametrize(
+    ("directory", "part"), [("full", "holds thesis.tex and no"), ("full/thesis.tex/d", "directory")]
+)
+def test_a_directory_that_cannot_serve_is_refused_before_the_casts(
+    cli, folder, asked, monkeypatch, command, directory, part
+):
+    monkeypatch.setattr(model_choice, "require_workable", check.require_workable)
+    (folder / "full").mkdir()
+    (folder / "full" / "thesis.tex").write_text("")
+    result = cli(*command.split(), "--out", directory)
+    assert (result.code, result.out, asked) == (2, "", [])
+    assert result.err.count("\n") == 1
+    assert part in result.err
 
 
 def test_a_dataset_is_asked_about_once(cli, no_physics, asked, monkeypatch):

@@ -17,14 +17,15 @@ from wam_cast.types import Array
 
 if TYPE_CHECKING:
     from wam_cast.experiments.preview import Preview
+    from wam_cast.storage.work_directory import WorkDirectory
 
 
-def require_workable(scenario: wc.Scenario, path: Path | None, begun: Path) -> None:
-    """Raise `.InputError` if a preview says that the scenario at `path` cannot work; without one if the work has `begun`.
+def require_workable(scenario: wc.Scenario, path: Path | None, work: type[WorkDirectory], directory: Path) -> None:
+    """Raise `.InputError` if a preview says that the scenario at `path` cannot work, or `work` cannot begin in `directory`.
 
-    That is a file which is there once it has: then the scenario was asked about before.
+    Where it has begun, the scenario was asked about before.
     """
-    if begun.exists():
+    if work.is_begun(directory):
         return
     with progress("checking the scenario"):
         verdict = wc.preview_scenario(scenario, ends_early=True).verdict

@@ -244,7 +244,7 @@ def reproduce(
     from wam_cast.storage.run_directory import RunDirectory
 
     setting = model_choice.load_scenario(scenario)
-    require_workable(setting, scenario, begun=directory / RunDirectory.identity_name)
+    require_workable(setting, scenario, RunDirectory, directory)
     with phase_progress() as report:
         try:
             findings = wc.reproduce(setting, directory, seed=seed, quick=quick, n_workers=workers, on_progress=report)

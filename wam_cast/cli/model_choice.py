@@ -71,7 +71,7 @@ def generate(
     from wam_cast.storage.dataset_directory import DatasetDirectory
 
     setting, done = load_scenario(scenario), 0
-    require_workable(setting, scenario, begun=out / DatasetDirectory.identity_name)
+    require_workable(setting, scenario, DatasetDirectory, out)
     with progress("simulating casts", casts) as advance, _executor(scheduler) as executor:
 
         def report(n_done: int, _: int) -> None:

@@ -23,7 +23,7 @@ from pydantic import BaseModel, ConfigDict, NonNegativeInt, PositiveInt, Validat
 
 from wam_cast.errors import InputError, describe_validation
 from wam_cast.scenario import Scenario
-from wam_cast.storage.work_directory import ELSEWHERE, WorkDirectory
+from wam_cast.storage.work_directory import ELSEWHERE, WorkDirectory, errors_of_writing
 from wam_cast.version import __version__
 
 FORMAT: Final = 3
@@ -116,7 +116,7 @@ class DatasetDirectory(WorkDirectory):
             If something else is here, or the directory cannot be written.
         """
         versions: tuple[dict[str, str], ...] = (current_versions(),)
-        if self._is_begun():
+        if self.is_begun(self.path):
             old = self.read_manifest()
             self._check_same(
                 {"scenario": old.fingerprint, "controller": old.controller, "seed": old.seed},
@@ -136,7 +136,7 @@ class DatasetDirectory(WorkDirectory):
         if not self.scenario_path.exists():
             self._write(self.scenario_path, scenario.to_yaml().encode())
         self._make_folders(self._casts_path)
-        with self._errors_of_writing():
+        with errors_of_writing(self.kind, self.path):
             for folder in (self.path, self._casts_path):
                 for stale in folder.glob(".*.tmp"):  # of a run that was killed
                     stale.unlink()

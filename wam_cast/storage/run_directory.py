@@ -55,7 +55,7 @@ class RunDirectory(WorkDirectory):
         self.figures = self.path / "figures"
         self._phases, self._wall = self.path / "phases", self.path / "wall.json"
         text = json.dumps(identity, indent=2)
-        if self._is_begun():
+        if self.is_begun(self.path):
             old = _read(self.identity_path, dict[str, object])
             if old is None:
                 raise InputError(f"{self.identity_path} cannot be read; {ELSEWHERE}")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -50,15 +52,23 @@ class WorkDirectory:
     def __exit__(self, *_: object) -> None:
         self._lock.release()
 
-    def _is_begun(self) -> bool:
-        """Whether work has begun here. Raises `.InputError` if something else is here."""
-        with self._errors_of_writing():
-            there = self.path.iterdir() if self.path.exists() else ()
-            entries = sorted(path.name for path in there if path.name[0] != ".")
-        if entries and self.identity_path.name not in entries:
-            raise InputError(
-                f"{self.path} holds {entries[0]} and no {self.kind}; choose an empty or a new directory (--out)"
-            )
+    @classmethod
+    def is_begun(cls, path: str | Path) -> bool:
+        """Return whether work has begun at `path`; for asking before a long computation.
+
+        Raises `.InputError` if something else is there, or the directory cannot be written.
+        """
+        path = Path(path)
+        with errors_of_writing(cls.kind, path):
+            there = path.iterdir() if path.exists() else ()
+            entries = sorted(entry.name for entry in there if entry.name[0] != ".")
+            nearest = next(folder for folder in (path, *path.absolute().parents) if folder.exists())
+            if not nearest.is_dir():
+                raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR))
+            if not os.access(nearest, os.W_OK):
+                raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+        if entries and cls.identity_name not in entries:
+            raise InputError(f"{path} holds {entries[0]} and no {cls.kind}; choose an empty or a new directory (--out)")
         return bool(entries)
 
     def _check_same(self, old: Mapping[str, Any], new: Mapping[str, Any]) -> None:
@@ -70,7 +80,7 @@ class WorkDirectory:
 
     def _make_folders(self, *folders: Path) -> None:
         """Make what is not there. Raises `.InputError` if the system refuses."""
-        with self._errors_of_writing():
+        with errors_of_writing(self.kind, self.path):
             for folder in folders:
                 folder.mkdir(parents=True, exist_ok=True)
 
@@ -82,18 +92,20 @@ class WorkDirectory:
     @contextmanager
     def _writing(self, path: Path) -> Iterator[Path]:
         """Do as `replacing` does. Raises `.InputError` if the system refuses."""
-        with self._errors_of_writing(), replacing(path) as temporary:
+        with errors_of_writing(self.kind, self.path), replacing(path) as temporary:
             yield temporary
 
-    @contextmanager
-    def _errors_of_writing(self) -> Iterator[None]:
-        try:
-            yield
-        except OSError as error:
-            raise InputError(
-                f"{self.kind} {self.path}: cannot be written ({error.strerror or error}); "
-                f"choose a directory (--out) that can, on a disk with room"
-            ) from None
+
+@contextmanager
+def errors_of_writing(kind: str, path: Path) -> Iterator[None]:
+    """Raise `.InputError` where the system refuses to write a directory of that `kind` at `path`."""
+    try:
+        yield
+    except OSError as error:
+        raise InputError(
+            f"{kind} {path}: cannot be written ({error.strerror or error}); "
+            f"choose a directory (--out) that can, on a disk with room"
+        ) from None
 
 
 def _differences(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[tuple[str, Any, Any]]:

@@ -20,29 +20,47 @@ SOFTWARE_GRAPHICS = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsa
 
 WORK = """
 import os
+import signal
 import time
+from pathlib import Path
+
+def die_twice(row):
+    for time in range(2):
+        try:
+            Path(__file__).with_name(f"row {row} died {time}").touch(exist_ok=False)
+        except FileExistsError:
+            continue
+        os.kill(os.getpid(), signal.SIGKILL)
 
 def process(row):
     return os.getpid()
 
 def process_or_death(row):
     if row < 0:
-        os._exit(7)
+        die_twice(row)
     return os.getpid()
+
+def death(row):
+    os.kill(os.getpid(), signal.SIGKILL)
 
 def sleep(row):
     time.sleep(row)
 
 def square(row):
     if row in (3, 11):
-        os._exit(7)
+        die_twice(row)
     if row == 100:
         raise ZeroDivisionError("row 100")
     return row * row
 
-def row_or_death(scenario, seed, row):
+def dying_row(scenario, seed, row):
     if row == 1:
-        os._exit(7)
+        die_twice(row)
+    return {"cast": row, "status": "landed"}
+
+def dead_row(scenario, seed, row):
+    if row == 60:
+        os.kill(os.getpid(), signal.SIGKILL)
     return {"cast": row, "status": "landed"}
 """
 """What worker processes are given to do."""

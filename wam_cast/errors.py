@@ -1,4 +1,4 @@
-"""The one error that a user's own input can cause, and what raises it in many places."""
+"""The errors that users meet: of their own input, and of the machine; and what raises them in many places."""
 
 from __future__ import annotations
 
@@ -12,6 +12,13 @@ class InputError(ValueError):
     """Input that cannot be used: one line that names the value, what is allowed and how to fix it.
 
     The command line prints it and exits with code 2; from Python it is a `ValueError`.
+    """
+
+
+class MachineError(RuntimeError):
+    """The machine failed, not the input and not the simulation: one line that says what happened and how to go on.
+
+    The command line prints it and exits with code 2.
     """
 
 

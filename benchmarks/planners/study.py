@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from contextlib import closing
@@ -12,10 +11,9 @@ from functools import partial
 import pandas as pd
 
 from planners.contenders import PLANNERS, Choice, Contender, searchers
-from wam_cast.cast import PARAMETERS
-from wam_cast.errors import InputError, checked_integer
+from wam_cast.errors import checked_integer
 from wam_cast.experiments.frames import Record
-from wam_cast.experiments.trials import LOST, Polar, Trial, draw_cups, trial_row
+from wam_cast.experiments.trials import Polar, Trial, draw_cups, trial_row
 from wam_cast.parallel.seeds import Purpose, derived_seed
 from wam_cast.parallel.threads import one_thread
 from wam_cast.parallel.workers import Workers, run_rows
@@ -44,7 +42,7 @@ class PlannerComparison:
     trials
         A row a contender, cup and kind of cup: as of `wam_cast.experiments.trials`, `label` being the contender's name, and its
         `source`, the model or the simulator; the `cup_kind`; `n_evaluations`, how often the source was asked; `seconds`, processor
-        time of the choice. If the process was lost, the cast and all of these numbers are nan.
+        time of the choice.
     seed
         Draws the cups, and is that of the searches.
     reach
@@ -126,8 +124,6 @@ def compare_planners(
 def _median_of_program(rows: list[Record]) -> int:
     trials = pd.DataFrame(rows)
     used = trials.loc[trials["label"] == "program", "n_evaluations"].median()
-    if math.isnan(used):
-        raise InputError("budget: the program lost its process for every cup, so that it says nothing; state a budget")
     return round(used)
 
 
@@ -174,15 +170,9 @@ def _with_restitution(scenario: Scenario, restitution: float) -> Scenario:
     return scenario.model_copy(update={"cup": cup})
 
 
-def _rows(
-    scenario: Scenario, contender: Contender, cup: Polar, attempt: tuple[Choice, list[Outcome]] | None
-) -> list[Record]:
+def _rows(scenario: Scenario, contender: Contender, cup: Polar, attempt: tuple[Choice, list[Outcome]]) -> list[Record]:
     """Return a row for each kind of cup."""
     about = {"label": contender.method, "source": contender.source}
-    if attempt is None:
-        lost = {"radius": cup[0], "status": LOST, "is_caught": False}
-        missing = dict.fromkeys((*PARAMETERS, "miss", "n_evaluations", "seconds"), math.nan)
-        return [about | lost | missing | {"cup_kind": kind} for kind in CUP_KINDS]
     choice, outcomes = attempt
     about |= {"n_evaluations": choice.n_evaluations, "seconds": choice.seconds}
     return [

@@ -117,16 +117,15 @@ class LastFirst(Executor):
 
 
 class InOrder:
-    """Runs rows in this process, as `Workers` would; the rows of `lost` lose it."""
+    """Runs rows in this process, as `Workers` would."""
 
-    def __init__(self, is_lost=lambda _: False):
-        self.is_lost = is_lost
+    def __init__(self):
         self.n_rows = 0
 
     def run(self, function, rows):
         for row in rows:
             self.n_rows += 1
-            yield None if self.is_lost(self.n_rows - 1) else function(row)
+            yield function(row)
 
 
 @pytest.fixture
@@ -260,28 +259,6 @@ def test_hits_are_counted_for_each_kind_of_cup(casts):
             expected = (n_caught, 3, n_caught / 3, wilson_interval(n_caught, 3))
             caught = hits(trials)
             assert tuple(caught[name] for name in ("n_caught", "n_cups", "hit_rate", "hit_interval")) == expected
-
-
-def test_lost_processes_count_as_failures(casts):
-    lossy = InOrder(lambda row: row in (1, 3, 4, 5))
-    whole, found = (by_contender(compare(3, budget=3, n_casts=3, executor=executor)) for executor in (InOrder(), lossy))
-    gradient, program, grid = (found[name, "model"] for name in ("gradient", "program", "grid"))
-    lost = gradient.iloc[1]
-    assert lost["radius"] == whole["gradient", "model"].iloc[1]["radius"]
-    assert (lost["status"], lost["is_caught"]) == ("lost", False)
-    assert lost[["distance", "speed", "wait", "miss", "n_evaluations", "seconds"]].isna().all()
-    assert len(gradient) == len(program) == 3
-    assert gradient["miss"].count() == 2
-    assert hits(gradient)["hit_rate"] == hits(gradient)["n_caught"] / 3
-    assert hits(program)["n_caught"] == 0
-    assert hits(program)["hit_interval"] == wilson_interval(0, 3)
-    assert program[["n_evaluations", "seconds", "miss"]].isna().all(axis=None)
-    assert grid["miss"].tolist() == whole["grid", "model"]["miss"].tolist()
-
-
-def test_without_a_program_there_is_no_budget(casts):
-    with pytest.raises(InputError, match="state a budget"):
-        compare(2, budget=None, executor=InOrder(lambda row: row in (2, 3)))
 
 
 def test_progress_counts_every_row(casts):

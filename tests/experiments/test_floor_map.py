@@ -20,7 +20,6 @@ from wam_cast.parallel.workers import run_rows
 from wam_cast.planning.plan import plan_cast
 from wam_cast.planning.reach import Reach
 from wam_cast.scenario import Noise, Scenario
-from wam_cast.simulation.outcome import Status
 
 SIZE = MapSize(n_radii=4, n_bearings=3, n_casts=2)
 
@@ -142,18 +141,6 @@ def test_a_ball_that_never_comes_down_has_no_offset(floor_without_physics, model
     assert [cast["status"] for cast in others] == ["caught", "caught"]
     assert floor.casts["is_caught"][:3].tolist() == [False, True, True]
     assert module._scatter(pd.Series([np.nan, np.nan])) == {"mean": None, "std": None}
-
-
-def test_a_lost_worker_is_a_failed_cast(floor_without_physics, model, monkeypatch):
-    def lossy(function, rows, *_):
-        yield from (None if row == 1 else function(row) for row in rows)
-
-    monkeypatch.setattr(trials, "run_rows", lossy)
-    floor = map_floor(model, SIZE)
-    ring = floor.record()["rings"][0]
-    lost = ring["casts"][1]
-    assert (lost["status"], lost["along"], lost["miss"]) == (Status.DIVERGED, None, None)
-    assert ring["n_caught"] == 1
 
 
 def test_the_map_is_the_same_in_whatever_order_casts_are_done(floor_without_physics, noisy_model, monkeypatch):

@@ -21,7 +21,6 @@ from wam_cast.experiments.trials import (
     failures,
     hits,
     line_of_cups,
-    lost_as_diverged,
     plan_and_execute,
     trial_row,
 )
@@ -80,26 +79,22 @@ def test_on_the_floor_they_are_at_all_bearings_and_as_far_away():
 
 
 def test_every_trial_counts(monkeypatch):
-    outcomes = [fake((0.7, 0.002)), None, fake((0.71, -0.001), Status.RIM_BOUNCE), fake((0.7, 0.0))]
+    outcomes = [
+        fake((0.7, 0.002)),
+        fake((math.nan, math.nan), Status.DIVERGED),
+        fake((0.71, -0.001), Status.RIM_BOUNCE),
+        fake((0.7, 0.0)),
+    ]
     trials = frame([trial()] * 4, outcomes)
     expected = {"n_cups": 4, "n_caught": 2, "hit_rate": 0.5, "hit_interval": wilson_interval(2, 4)}
     assert hits(trials) == expected
-    assert failures(trials) == {"lost": 1, "rim_bounce": 1}
-    assert failures(lost_as_diverged(trials)) == {"diverged": 1, "rim_bounce": 1}
+    assert failures(trials) == {"diverged": 1, "rim_bounce": 1}
     assert (trials["lateral"].abs().max(), trials["lateral"].count()) == (pytest.approx(0.002), 3)
 
 
 def test_a_row_has_the_largest_utilization_of_any_joint():
     row = trial_row(Scenario(), trial(), fake((0.7, 0.0)))
     assert (row["peak_torque_utilization"], row["peak_velocity_utilization"]) == (0.7, 0.6)
-
-
-def test_a_lost_trial_keeps_what_was_to_be_done():
-    row, whole = (trial_row(Scenario(), trial(bearing=0.1), outcome) for outcome in (None, fake((0.7, 0.0))))
-    assert row.keys() == whole.keys()
-    assert (row["radius"], row["distance"], row["speed"], row["wait"], row["bearing"]) == (0.7, 0.3, 0.6, 0.1, 0.1)
-    assert (row["status"], row["is_caught"], row["limits_hit"]) == ("lost", False, ())
-    assert math.isnan(row["miss"])
 
 
 @pytest.mark.parametrize("bearing", [0.0, 1.1, -2.4])
@@ -127,7 +122,7 @@ def test_a_ball_is_clear_up_to_the_clear_width(bearing, share):
 
 def test_no_ball_is_clear_that_never_came_or_is_too_wide():
     nowhere, too_wide = fake((math.nan, math.nan), entry_angle=math.nan), fake((0.7, 0.0), entry_angle=1.0)
-    for outcome in (None, nowhere, too_wide):
+    for outcome in (nowhere, too_wide):
         assert not trial_row(Scenario(), trial(), outcome)["entered_rim_clear"]
 
 
@@ -138,7 +133,12 @@ class InOrder:
 
 def test_each_trial_is_executed_with_its_cup_and_its_noise(monkeypatch):
     told = []
-    monkeypatch.setattr(module, "simulate_cast", lambda *arguments, noise_seed: told.append((*arguments, noise_seed)))
+
+    def simulate(*arguments, noise_seed):
+        told.append((*arguments, noise_seed))
+        return fake((0.7, 0.0))
+
+    monkeypatch.setattr(module, "simulate_cast", simulate)
     both = [Trial(Cast(0.3, 0.6, 0.1), (0.7, 0.0), 5), Trial(Cast(0.2, 0.6, 0.1), (0.6, 0.1), 6)]
     done = []
     found = execute(Scenario(), both, InOrder(), report=done.append)

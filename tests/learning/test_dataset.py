@@ -15,7 +15,7 @@ import pytest
 from scipy.stats import kstest
 
 from wam_cast.cast import PARAMETERS, Cast, is_allowed
-from wam_cast.errors import InputError
+from wam_cast.errors import InputError, MachineError
 from wam_cast.learning import dataset
 from wam_cast.learning.dataset import CastDataset, generate_dataset
 from wam_cast.learning.sampling import row_noise_seed, sample_cast, sample_casts
@@ -398,14 +398,17 @@ def test_what_is_no_dataset_is_refused(tmp_path, manifest):
 # --- workers
 
 
-def test_a_cast_that_brings_down_its_process_becomes_a_diverged_row(helper, monkeypatch):
-    monkeypatch.setattr(dataset, "simulate_row", helper.row_or_death)
+def test_a_cast_whose_process_died_is_simulated_again(helper, monkeypatch):
+    monkeypatch.setattr(dataset, "simulate_row", helper.dying_row)
     frame = generate(3, executor=None, n_workers=1).frame
-    assert list(frame["status"]) == ["landed", "diverged", "landed"]
-    cast = sample_cast(SCENARIO, 0, 1)
-    assert tuple(frame.loc[1, list(PARAMETERS)]) == (cast.distance, cast.speed, cast.wait)
-    assert math.isnan(frame.loc[1, "landing_along"])
-    assert not frame.loc[1, "is_slack"]
+    assert list(frame["status"]) == ["landed"] * 3
+
+
+def test_what_was_finished_before_a_process_died_for_good_is_kept(helper, monkeypatch, tmp_path):
+    monkeypatch.setattr(dataset, "simulate_row", helper.dead_row)
+    with pytest.raises(MachineError, match="row 60"):
+        generate(120, executor=None, n_workers=1, directory=tmp_path / "d")
+    assert [path.name for path in (tmp_path / "d" / "casts").iterdir()] == ["part-00000.parquet"]
 
 
 @pytest.mark.slow

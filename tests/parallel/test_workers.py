@@ -2,11 +2,13 @@
 
 import os
 import time
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from multiprocessing import get_context
 
 import pytest
 
-from wam_cast.parallel.workers import Workers, run_rows
+from wam_cast.errors import MachineError
+from wam_cast.parallel.workers import ATTEMPTS, Workers, run_rows
 
 
 def test_processes_serve_all_batches_and_end_with_the_context(helper):
@@ -19,16 +21,16 @@ def test_processes_serve_all_batches_and_end_with_the_context(helper):
         os.kill(process, 0)
 
 
-def test_a_row_that_kills_its_process_in_a_later_batch_loses_itself_alone(helper):
+def test_a_row_whose_process_dies_in_a_later_batch_is_tried_again_alone(helper):
     with Workers(1) as workers:
         (first,) = set(workers.run(helper.process, range(3)))
-        *found, lost, after, last = workers.run(helper.process_or_death, [0, 1, -1, 2, 3])
-        assert lost is None
-        assert None not in (*found, after, last)
+        *found, alone, after, last = workers.run(helper.process_or_death, [0, 1, -1, 2, 3])
+        assert set(found) == {first}
+        assert alone not in (first, after)
         # The broken pool is not asked again: what follows has one process, and not one for each row.
         (new,) = {after, last, *workers.run(helper.process, range(4))}
         assert new != first
-        assert list(workers.run(helper.square, range(6))) == [0, 1, 4, None, 16, 25]
+        assert list(workers.run(helper.square, range(6))) == [0, 1, 4, 9, 16, 25]
 
 
 def test_a_batch_that_was_left_early_keeps_nobody_waiting(helper):
@@ -49,17 +51,21 @@ def test_a_batch_that_failed_keeps_nobody_waiting(helper):
         assert list(workers.run(helper.square, [])) == []
 
 
-def test_rows_beside_the_one_that_kills_its_process_are_not_lost_in_a_later_batch_either(helper):
-    with Workers(2) as workers:
-        assert len(list(workers.run(helper.process, range(4)))) == 4
-        found = list(workers.run(helper.square, range(6)))
-        assert found == [None if row == 3 else row * row for row in range(6)]
+def test_no_row_is_lost_with_the_process_that_computes_it(helper):
+    assert list(run_rows(helper.square, range(13), n_workers=2)) == [row * row for row in range(13)]
 
 
-def test_only_the_row_that_brings_down_its_process_is_lost(helper):
-    assert list(run_rows(helper.square, range(13), n_workers=2)) == [
-        None if row in (3, 11) else row * row for row in range(13)
-    ]
+def test_a_row_that_always_kills_its_process_ends_the_work_with_what_happened(helper):
+    with pytest.raises(
+        MachineError, match=rf"row 5: its process died {ATTEMPTS} times, at last by SIGKILL; .*start again"
+    ):
+        list(run_rows(helper.death, [5], n_workers=1))
+
+
+def test_an_executor_that_breaks_says_so(helper):
+    broken = pytest.raises(MachineError, match=r"ProcessPoolExecutor lost its workers .* make a new one")
+    with ProcessPoolExecutor(1, get_context("spawn")) as executor, broken:
+        list(run_rows(helper.death, [5], executor))
 
 
 def test_an_exception_of_the_function_is_raised(helper):

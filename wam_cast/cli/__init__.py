@@ -22,13 +22,13 @@ def _run(words: list[str]) -> int:
 
     from wam_cast.cli.commands import app
     from wam_cast.cli.terminal import err
-    from wam_cast.errors import InputError
+    from wam_cast.errors import InputError, MachineError
 
     try:
         code: int | None = app(words, prog_name="wam-cast", standalone_mode=False)
     except typer.Abort:
         return 130
-    except InputError as error:
+    except (InputError, MachineError) as error:
         line = str(error)
     except Exception as error:
         # Typer's own errors of usage; their common base has another home from version to version.

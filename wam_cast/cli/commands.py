@@ -1,7 +1,7 @@
 """The commands of `wam-cast`: a thin face over the API.
 
 Results go to standard output, progress and messages to standard error. Exit codes: 0 done; 1 the work was done and its answer
-is no; 2 the input was wrong, one line says how; 130 interrupted.
+is no; 2 the input was wrong or the machine failed, one line says how; 130 interrupted.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from wam_cast.cli.output_files import ThrowFiles, check_picture
 from wam_cast.cli.results import Executed, plan_record, print_json, throw_record
 from wam_cast.cli.terminal import err, out, phase_progress, progress
 from wam_cast.cli.throwing import execute, given_throws, make_plans
-from wam_cast.errors import InputError
+from wam_cast.errors import InputError, MachineError
 from wam_cast.learning.parts import describe_failed_casts, failed_casts
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
@@ -248,7 +248,7 @@ def reproduce(
     with phase_progress() as report:
         try:
             findings = wc.reproduce(setting, directory, seed=seed, quick=quick, n_workers=workers, on_progress=report)
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, MachineError):
             command = model_choice.command_line(
                 "reproduce", seed=seed, out=directory, scenario=scenario, workers=workers, quick=quick
             )

@@ -12,7 +12,7 @@ import wam_cast as wc
 from wam_cast.cli.check import require_workable
 from wam_cast.cli.terminal import err, progress
 from wam_cast.controller_names import DEFAULT_CONTROLLER
-from wam_cast.errors import InputError
+from wam_cast.errors import InputError, MachineError
 from wam_cast.learning.parts import describe_failed_casts
 from wam_cast.storage.atomic import check_writable
 
@@ -83,7 +83,7 @@ def generate(
             return wc.generate_dataset(
                 setting, casts, seed, executor=executor, n_workers=workers, directory=out, on_progress=report
             )
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, MachineError):
             command = command_line(
                 "generate", casts=casts, seed=seed, out=out, scenario=scenario, workers=workers, scheduler=scheduler
             )

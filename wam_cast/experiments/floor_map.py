@@ -17,7 +17,7 @@ import pandas as pd
 
 from wam_cast.errors import checked_integer
 from wam_cast.experiments.frames import Record, records, to_plain
-from wam_cast.experiments.trials import Trial, execute, hits, lost_as_diverged
+from wam_cast.experiments.trials import Trial, execute, hits
 from wam_cast.parallel.seeds import Purpose, derived_seed
 from wam_cast.parallel.workers import Workers
 from wam_cast.planning.plan import Method, Plan, plan_cast
@@ -133,7 +133,7 @@ def map_floor(
     seed
         Draws the scenario's noise; every cast has its own.
     executor, n_workers
-        Run the casts, see `.run_rows`; they make no difference to the map. A cast that brings down its process counts as diverged.
+        Run the casts, see `.run_rows`; they make no difference to the map.
     on_progress
         Called as plans and casts are done.
 
@@ -161,7 +161,7 @@ def map_floor(
         is_noisy=scenario.noise.is_on,
         planner=plans[0].method,
         seed=seed,
-        casts=lost_as_diverged(casts),
+        casts=casts,
     )
 
 

@@ -10,7 +10,7 @@ predicted_offset        where the ball is expected, outward from the cup's axis 
 predicted_miss          its distance from there [m]
 std_along, std_across   predictive standard deviation of the landing [m]
 rim_clear_probability   of entering the cup without touching its rim
-status, is_caught       a value of `.Status`, or `LOST` if the process did not survive; what follows is then missing
+status, is_caught       a value of `.Status`; of one that never came down or diverged what follows is missing
 landing_along, landing_across       where the ball came down, in the casting plane's axes [m]
 along, lateral          the same from the cup's axis: outward, and to the left as seen from the base axis [m]
 miss                    distance of the landing from the cup's axis, as if nothing were in the way [m]
@@ -46,7 +46,7 @@ from wam_cast.planning.prediction import Predictor
 from wam_cast.planning.reach import Reach
 from wam_cast.planning.solution import Planner
 from wam_cast.scenario import Scenario
-from wam_cast.simulation.outcome import Outcome, Status
+from wam_cast.simulation.outcome import Outcome
 from wam_cast.simulation.simulator import simulate_cast
 from wam_cast.types import Position
 
@@ -54,9 +54,6 @@ Region = Literal["line", "floor"]
 
 Polar = tuple[float, float]
 """A cup's distance from the base axis [m] and its bearing from the x axis toward y [rad]."""
-
-LOST = "lost"
-"""Status of a trial whose process did not survive."""
 
 
 @dataclass(frozen=True)
@@ -116,8 +113,8 @@ def plan_and_execute(
     """Let each thrower plan for each of its cups, cast each plan once, and return the trials, thrower by thrower.
 
     A plan that is predicted to miss by more than 1 cm is executed all the same, as in the paper. The scenario's noise, if it has
-    any, is drawn with `seed`: another one for each cup, and the same one for each thrower. A trial that was lost counts as
-    diverged. `report` is called with how much is done, and how much there is: each cast is planned and executed.
+    any, is drawn with `seed`: another one for each cup, and the same one for each thrower. `report` is called with how much is
+    done, and how much there is: each cast is planned and executed.
     """
     n_steps = 2 * sum(len(thrower.cups) for thrower in throwers)
     report(0, n_steps)
@@ -127,8 +124,7 @@ def plan_and_execute(
             plan = plan_cast(thrower.model, from_polar(*cup), thrower.planner)
             trials.append(Trial(plan.cast, cup, derived_seed(seed, Purpose.NOISE, i), thrower.label, plan))
             report(len(trials), n_steps)
-    casts = execute(scenario, trials, executor, report=lambda done: report(len(trials) + done, n_steps))
-    return lost_as_diverged(casts)
+    return execute(scenario, trials, executor, report=lambda done: report(len(trials) + done, n_steps))
 
 
 def execute(
@@ -156,8 +152,8 @@ def _execute(scenario: Scenario, trials: Sequence[Trial], row: int) -> Outcome:
     return simulate_cast(scenario, trial.cast, trial.position, noise_seed=trial.noise_seed)
 
 
-def trial_row(scenario: Scenario, trial: Trial, outcome: Outcome | None) -> Record:
-    """Return a row of the frame; without an outcome the process did not survive."""
+def trial_row(scenario: Scenario, trial: Trial, outcome: Outcome) -> Record:
+    """Return a row of the frame."""
     x, y = trial.position
     return {
         "label": trial.label,
@@ -168,17 +164,13 @@ def trial_row(scenario: Scenario, trial: Trial, outcome: Outcome | None) -> Reco
         **asdict(trial.cast),
         "noise_seed": trial.noise_seed,
         **(_NO_PLAN if trial.plan is None else _predicted(trial.plan, trial.cup)),
-        **(_NO_OUTCOME if outcome is None else _executed(scenario, trial, outcome)),
+        **_executed(scenario, trial, outcome),
     }
 
 
 _NO_PLAN: Record = {"planner": "", "is_feasible": False, "reason": ""}
 _NO_PLAN |= dict.fromkeys(("predicted_offset", "predicted_miss", "std_along", "std_across"), math.nan)
 _NO_PLAN |= {"rim_clear_probability": math.nan}
-_NO_OUTCOME: Record = {"status": LOST, "limits_hit": ()}
-_NO_OUTCOME |= dict.fromkeys(("is_caught", "is_slack", "entered_rim_clear"), False)
-_NO_OUTCOME |= dict.fromkeys(("landing_along", "landing_across", "along", "lateral", "miss", "entry_angle"), math.nan)
-_NO_OUTCOME |= dict.fromkeys(("slack", "peak_torque_utilization", "peak_velocity_utilization"), math.nan)
 
 
 def _predicted(plan: Plan, cup: Polar) -> Record:
@@ -247,8 +239,3 @@ def failures(trials: pd.DataFrame) -> dict[str, int]:
 def count_statuses(statuses: pd.Series[str]) -> dict[str, int]:
     """Return how many casts ended in each status, by name, the most frequent first."""
     return {str(status): int(n) for status, n in statuses.value_counts().items()}
-
-
-def lost_as_diverged(trials: pd.DataFrame) -> pd.DataFrame:
-    """Return the trials with those that were lost counted as diverged."""
-    return trials.assign(status=trials["status"].replace(LOST, Status.DIVERGED.value))

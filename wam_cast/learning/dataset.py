@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor
 from contextlib import closing
@@ -23,7 +22,6 @@ from wam_cast.errors import InputError, checked_integer
 from wam_cast.learning.sampling import row_noise_seed, sample_cast
 from wam_cast.parallel.workers import Workers, run_rows
 from wam_cast.scenario import Scenario
-from wam_cast.simulation.outcome import Status
 from wam_cast.storage.dataset_directory import SCHEMA, DatasetDirectory, part_rows
 
 Row = dict[str, Any]
@@ -146,8 +144,8 @@ def generate_dataset(
         module that worker processes can import. The dataset keeps its name, and a directory takes no other's casts.
     executor
         Runs the simulations: a Dask cluster's `Client.get_executor()`, `MPIPoolExecutor`, or any other. Threads gain nothing:
-        they take turns. By default processes on this machine, or `.Workers` that are kept for more; then a cast that brings
-        down its process becomes a row of status "diverged".
+        they take turns. By default processes on this machine, or `.Workers` that are kept for more; then a cast whose process
+        died is simulated again.
     n_workers
         Number of these processes, by default one for each processor.
     directory
@@ -180,11 +178,7 @@ def generate_dataset(
         tables = store.read_parts(n_casts)
     todo = [row for rows, table in zip(parts, tables, strict=True) if table is None for row in rows]
     with closing(run_rows(simulate, todo, executor, n_workers)) as simulated:
-        casts = (
-            _lost_row(scenario, seed, row) if columns is None else columns
-            for row, columns in zip(todo, simulated, strict=True)
-        )
-        counted = _counted(casts, n_casts - len(todo), n_casts, on_progress)
+        counted = _counted(simulated, n_casts - len(todo), n_casts, on_progress)
         for part, rows in enumerate(parts):
             if tables[part] is None:
                 tables[part] = table = pa.Table.from_pylist(list(islice(counted, len(rows))), SCHEMA)
@@ -215,13 +209,6 @@ def simulate_row(
         "peak_velocity_utilization": float(np.max(outcome.peak_velocity_utilization)),
         "peak_tracking_error": outcome.peak_tracking_error,
     }
-
-
-def _lost_row(scenario: Scenario, seed: int, row: int) -> Row:
-    """Return the columns of a cast whose simulation brought down its process."""
-    unknown = dict.fromkeys(SCHEMA.names, math.nan)
-    cast = _cast_columns(row, sample_cast(scenario, seed, row))
-    return unknown | cast | {"status": Status.DIVERGED.value, "is_slack": False}
 
 
 def _cast_columns(row: int, cast: Cast) -> Row:

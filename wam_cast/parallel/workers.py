@@ -1,4 +1,4 @@
-"""Run a function over many rows in parallel, and survive the death of a worker process.
+"""Run a function over many rows in parallel, and survive the death of worker processes.
 
 By hand, since each of the packages lacks a part of it. Joblib's loky loses the whole pool with a worker, as the standard pool
 does, and its workers outlive a parent that was killed, while they have work. Pebble loses the one row alone, but its workers
@@ -13,17 +13,21 @@ import signal
 import threading
 from collections import deque
 from collections.abc import Callable, Generator, Sequence
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing.connection import Connection
 from typing import Any, Self, TypeVar
 
-from wam_cast.errors import InputError
+from wam_cast.errors import InputError, MachineError
 
 T = TypeVar("T")
 
 LOOKAHEAD = 1000
 """Rows that are handed out before the first of them is back: enough for hundreds of workers, little enough to cancel."""
+
+
+ATTEMPTS = 4
+"""At a row alone, in a new process each time, before its process's death is taken for more than chance."""
 
 
 class Workers:
@@ -49,7 +53,7 @@ class Workers:
             pool, self._pool = self._pool, None
             pool.__exit__(kind, *details)
 
-    def run(self, function: Callable[[int], T], rows: Sequence[int]) -> Generator[T | None]:
+    def run(self, function: Callable[[int], T], rows: Sequence[int]) -> Generator[T]:
         """Yield `function(row)` for each row, in their order; raises as `run_rows` does."""
         done = 0
         while done < len(rows):
@@ -76,7 +80,7 @@ def run_rows(
     rows: Sequence[int],
     executor: Executor | Workers | None = None,
     n_workers: int | None = None,
-) -> Generator[T | None]:
+) -> Generator[T]:
     """Yield `function(row)` for each row, in their order; what is not finished is dropped when the generator is closed.
 
     Parameters
@@ -86,8 +90,8 @@ def run_rows(
     rows
         What it is called with.
     executor
-        Runs the calls, and is left running: what it has started it may finish. Its own failures are raised. With `Workers`,
-        which are the default for this call alone, a row that brings down its process yields None, and no other row suffers.
+        Runs the calls, and is left running: what it has started it may finish. With `Workers`, which are the default for this
+        call alone, a row whose process died is tried again, a few times alone, and no other row suffers.
     n_workers
         Without an executor: the number of processes, by default one for each processor that this process may use.
 
@@ -95,6 +99,8 @@ def run_rows(
     ------
     InputError
         If worker processes cannot start at all.
+    MachineError
+        If a row's process dies again and again, or the executor breaks.
     Exception
         Whatever `function` raises.
     """
@@ -102,6 +108,11 @@ def run_rows(
         pending: deque[Future[T]] = deque()
         try:
             yield from _results(executor, function, rows, pending)
+        except (BrokenExecutor, CancelledError) as error:
+            raise MachineError(
+                f"the executor {type(executor).__name__} lost its workers ({error or type(error).__name__}); make a new one, and "
+                "start again"
+            ) from None
         finally:
             for future in pending:
                 future.cancel()
@@ -129,21 +140,32 @@ def _results(
         yield pending.popleft().result()
 
 
-def _run_alone(function: Callable[[int], T], row: int) -> T | None:
-    """Return `function(row)` from a process of its own, or None if it does not survive it."""
-    with _WorkerPool(1) as pool:
-        try:
-            pool.submit(os.getpid).result()
-        except BrokenProcessPool:
+def _run_alone(function: Callable[[int], T], row: int) -> T:
+    """Return `function(row)` from a process of its own, which may die a few times; raises `.MachineError` after that."""
+    for _ in range(ATTEMPTS):
+        has_started = False
+        with _WorkerPool(1) as pool:
+            try:
+                pool.submit(os.getpid).result()
+                has_started = True
+                future: Future[T] = pool.submit(function, row)
+                return future.result()
+            except BrokenProcessPool:
+                pass
+        code = pool.exit_code
+        if not has_started and code > 0:  # it was not killed, it gave up
             raise InputError(
                 "worker processes cannot start: a script must generate datasets under `if __name__ == '__main__':`, "
                 "since each worker imports it"
-            ) from None
-        try:
-            future: Future[T] = pool.submit(function, row)
-            return future.result()
-        except BrokenProcessPool:
-            return None
+            )
+    raise MachineError(
+        f"row {row}: its process died {ATTEMPTS} times, at last {_describe(code)}; see what ends processes here (too little "
+        "memory?), then start again"
+    )
+
+
+def _describe(exit_code: int) -> str:
+    return f"by {signal.Signals(-exit_code).name}" if exit_code < 0 else f"with exit code {exit_code}"
 
 
 class _WorkerPool(ProcessPoolExecutor):
@@ -156,6 +178,12 @@ class _WorkerPool(ProcessPoolExecutor):
         context = multiprocessing.get_context("spawn")
         self._far_end, self._lifeline = context.Pipe(duplex=False)
         super().__init__(n_workers, context, initializer=_end_with, initargs=(self._far_end,))
+        self._started = self._processes  # which the pool forgets when it shuts down
+
+    @property
+    def exit_code(self) -> int:
+        """Of a process of a pool that was shut down: negative if a signal ended it."""
+        return next((process.exitcode or 0 for process in self._started.values()), 0)
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         # Processes start in here and inherit the mask, so that they are deaf to Ctrl-C from their first moment.

@@ -14,7 +14,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from wam_cast.cast import Cast
-from wam_cast.errors import InputError
 from wam_cast.experiments.paper import published as paper
 from wam_cast.experiments.paper.findings import Findings, clear_radius
 from wam_cast.experiments.paper.noise_study import LEARNED_WITH_NOISE
@@ -58,12 +57,8 @@ DPI = 180
 
 
 def draw_figures(findings: Findings, folder: Path, executor: Executor | Workers) -> Iterator[str]:
-    """Draw all figures and write each as PDF and PNG into `folder`; yield the name of each that is done."""
-    drawn = run_rows(partial(_draw_and_write, findings, folder), range(len(_FIGURES)), executor)
-    for name, done in zip(_FIGURES, drawn, strict=True):
-        if done is None:
-            raise InputError(f"{name}: its process died; free memory and start again")
-        yield name
+    """Draw all figures and write each as PDF and PNG into `folder`; the iterator gives the name of each that is done."""
+    return run_rows(partial(_draw_and_write, findings, folder), range(len(_FIGURES)), executor)
 
 
 def _draw_and_write(findings: Findings, folder: Path, row: int) -> str:

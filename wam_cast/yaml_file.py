@@ -8,6 +8,7 @@ from typing import Any
 import yaml
 
 from wam_cast.errors import InputError
+from wam_cast.text_file import read_text
 
 
 def read_yaml(path: str | Path) -> Any:
@@ -20,7 +21,7 @@ def read_yaml(path: str | Path) -> Any:
         the file: the caller knows what it is for.
     """
     try:
-        return yaml.load(Path(path).read_text(encoding="utf-8"), _UniqueKeyLoader)
+        return yaml.load(read_text(path), _UniqueKeyLoader)
     except OSError as error:
         raise InputError(f"{error.strerror}; name a readable YAML file") from None
     except (yaml.YAMLError, UnicodeDecodeError) as error:

@@ -15,8 +15,8 @@ from wam_cast.storage.run_directory import RunDirectory
 def run_of_seed_3(folder):
     """Return the folder of a run that has just begun."""
     settings = Settings.of(wc.Scenario(), seed=3, quick=True)
-    RunDirectory(folder / "run", settings.identity, settings.own_scenario)
-    return folder / "run"
+    with RunDirectory(folder / "run", settings.identity, settings.own_scenario):
+        return folder / "run"
 
 
 def test_another_seed_in_the_same_folder_is_refused(cli, run_of_seed_3):

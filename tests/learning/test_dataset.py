@@ -20,6 +20,7 @@ from wam_cast.learning import dataset
 from wam_cast.learning.dataset import CastDataset, generate_dataset
 from wam_cast.learning.sampling import row_noise_seed, sample_cast, sample_casts
 from wam_cast.scenario import Noise, Scenario
+from wam_cast.storage import casts_part
 from wam_cast.storage import dataset_directory as storage
 
 SCENARIO = Scenario()
@@ -46,8 +47,9 @@ def fake_row(scenario, seed, row):
     """A row without physics; each seventh cast fails, and each eleventh never comes down."""
     cast = sample_cast(scenario, seed, row)
     status = "diverged" if row % 7 == 3 else "never_crossed" if row % 11 == 5 else "landed"
-    values = dict.fromkeys(storage.SCHEMA.names, math.nan)
+    values = dict.fromkeys(casts_part.SCHEMA.names, math.nan)
     if status == "landed":
+        values |= dict.fromkeys(casts_part.LANDED, 0.25)
         values |= {"landing_along": cast.distance * cast.speed, "landing_across": -cast.wait}
     parameters = dict(zip(PARAMETERS, cast.to_array().tolist(), strict=True))
     return values | parameters | {"cast": row, "status": status, "is_slack": row % 2 == 0}
@@ -59,7 +61,8 @@ def no_physics(monkeypatch):
 
 
 def contents(directory):
-    return {str(p.relative_to(directory)): p.read_bytes() for p in directory.rglob("*") if p.is_file()}
+    files = (path for path in directory.rglob("*") if path.is_file() and path.name != ".lock")
+    return {str(path.relative_to(directory)): path.read_bytes() for path in files}
 
 
 def generate(n_casts, directory=None, seed=0, scenario=SCENARIO, **options):
@@ -122,7 +125,7 @@ def test_a_scenario_that_allows_almost_nothing_is_sampled_all_the_same():
 
 def test_a_dataset_has_a_row_a_cast_in_order_with_failures_kept(no_physics):
     data = generate(120, seed=2)
-    assert list(data.frame.columns) == storage.SCHEMA.names
+    assert list(data.frame.columns) == casts_part.SCHEMA.names
     assert list(data.frame["cast"]) == list(data.frame.index) == list(range(120))
     np.testing.assert_array_equal(data.frame[list(PARAMETERS)], sample_casts(SCENARIO, 120, seed=2))
     failed = data.frame["status"] != "landed"
@@ -249,7 +252,7 @@ def test_an_interrupted_run_resumes_to_identical_bytes(no_physics, tmp_path):
 
 
 def test_an_interrupt_amid_the_writing_of_a_part_spoils_nothing(no_physics, tmp_path, monkeypatch):
-    def write_half(table, path):
+    def write_half(table, path, **_):
         path.write_bytes(b"half a part")
         raise KeyboardInterrupt
 
@@ -257,7 +260,7 @@ def test_an_interrupt_amid_the_writing_of_a_part_spoils_nothing(no_physics, tmp_
     expected = contents(tmp_path)
     (tmp_path / "casts" / "part-00001.parquet").unlink()
     with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
-        patch.setattr(storage.pq, "write_table", write_half)
+        patch.setattr(casts_part.pq, "write_table", write_half)
         generate(100, tmp_path)
     assert len(contents(tmp_path)) == 3  # and no half a part
     assert len(pd.read_parquet(tmp_path / "casts")) == 50
@@ -267,22 +270,23 @@ def test_an_interrupt_amid_the_writing_of_a_part_spoils_nothing(no_physics, tmp_
     assert contents(tmp_path) == expected
 
 
-def test_a_spoilt_or_missing_part_is_made_again(no_physics, tmp_path):
+def test_a_spoilt_or_missing_part_is_made_again(no_physics, tmp_path, caplog):
     generate(170, tmp_path)
-    expected = contents(tmp_path)
+    expected = contents(tmp_path) | {"set_aside/part-00000.parquet": b""}
     (tmp_path / "casts" / "part-00000.parquet").write_bytes(b"")
     (tmp_path / "casts" / "part-00002.parquet").unlink()
     executor = InlineExecutor()
     generate(170, tmp_path, executor=executor)
     assert executor.rows == [*range(50), *range(100, 150)]
     assert contents(tmp_path) == expected
+    assert f"it is now {tmp_path}/set_aside/part-00000.parquet" in caplog.text
 
 
 def test_a_dataset_grows_into_the_one_that_would_have_been_made_at_once(no_physics, tmp_path):
     generate(70, tmp_path / "grown")
     executor = InlineExecutor()
     data = generate(160, tmp_path / "grown", executor=executor)
-    assert executor.rows == list(range(50, 160))
+    assert executor.rows == list(range(70, 160))
     assert len(data) == 160
     generate(160, tmp_path / "whole")
     assert contents(tmp_path / "grown") == contents(tmp_path / "whole")
@@ -337,14 +341,14 @@ def test_a_path_that_cannot_be_a_directory_is_refused(no_physics, tmp_path, name
 
 
 def test_a_full_disk_ends_the_run_with_finished_parts_kept(no_physics, tmp_path, monkeypatch):
-    write_table = storage.pq.write_table
+    write_table = casts_part.pq.write_table
 
-    def write_or_fail(table, path):
-        write_table(table, path)
+    def write_or_fail(table, path, **options):
+        write_table(table, path, **options)
         if "00001" in path.name:
             raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(storage.pq, "write_table", write_or_fail)
+    monkeypatch.setattr(casts_part.pq, "write_table", write_or_fail)
     with pytest.raises(InputError, match="No space left on device"):
         generate(100, tmp_path)
     assert [p.name for p in (tmp_path / "casts").iterdir()] == ["part-00000.parquet"]

@@ -32,7 +32,11 @@ FOUND = Statistics(n=3, mean=1 / 3, p95=None)
 
 
 def begin(path, **changes):
-    return RunDirectory(path, IDENTITY | changes, Scenario())
+    """Return the directory of a run that has begun, and that nobody is at work in."""
+    directory = RunDirectory(path, IDENTITY | changes, Scenario())
+    with directory:
+        pass
+    return directory
 
 
 def never():

@@ -189,13 +189,14 @@ def generate(
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Of a Dask scheduler whose workers simulate instead.")
     ] = None,
+    force: options.Force = False,
     as_json: options.AsJson = False,
 ) -> None:
     """Simulate random casts and store them; an interrupted run goes on when it is started again."""
     if workers is not None and scheduler is not None:
         raise InputError("--workers and --scheduler exclude each other: a scheduler brings its own workers")
     started = time.perf_counter()
-    data = model_choice.generate(scenario, casts, seed, directory, workers, scheduler)
+    data = model_choice.generate(scenario, casts, seed, directory, workers, scheduler, force)
     seconds = time.perf_counter() - started
     counts = data.frame["status"].value_counts().to_dict()
     for line in describe_failed_casts(data):

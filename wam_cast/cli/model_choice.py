@@ -65,7 +65,13 @@ def how_to_make(path: Path, scenario: wc.Scenario) -> str:
 
 
 def generate(
-    scenario: Path | None, casts: int, seed: int, out: Path, workers: int | None = None, scheduler: str | None = None
+    scenario: Path | None,
+    casts: int,
+    seed: int,
+    out: Path,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    force: bool = False,
 ) -> wc.CastDataset:
     """Generate a dataset of the scenario in a file if it can work; if that is interrupted, say how to go on."""
     from wam_cast.storage.dataset_directory import DatasetDirectory
@@ -81,7 +87,14 @@ def generate(
 
         try:
             return wc.generate_dataset(
-                setting, casts, seed, executor=executor, n_workers=workers, directory=out, on_progress=report
+                setting,
+                casts,
+                seed,
+                executor=executor,
+                n_workers=workers,
+                directory=out,
+                force=force,
+                on_progress=report,
             )
         except (KeyboardInterrupt, MachineError):
             command = command_line(

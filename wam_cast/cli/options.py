@@ -26,6 +26,12 @@ Model = Annotated[
 ]
 Scenario = Annotated[Path | None, typer.Option(metavar="FILE", help="YAML file; default: the reference scenario.")]
 Train = Annotated[bool, typer.Option("--train", metavar="", help="Make the scenario's model first if it has none.")]
+Force = Annotated[
+    bool,
+    typer.Option(
+        "--force", metavar="", help="Simulate parts anew that are not what they must be; they go to DIR/set_aside."
+    ),
+]
 Workers = Annotated[int | None, typer.Option(min=1, help="Number of processes; default: one per processor.")]
 
 # Their values stand in `planning.plan` too, which loads Drake: `--help` does without.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor
-from contextlib import closing
+from contextlib import closing, nullcontext
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
@@ -22,7 +22,9 @@ from wam_cast.errors import InputError, checked_integer
 from wam_cast.learning.sampling import row_noise_seed, sample_cast
 from wam_cast.parallel.workers import Workers, run_rows
 from wam_cast.scenario import Scenario
-from wam_cast.storage.dataset_directory import SCHEMA, DatasetDirectory, part_rows
+from wam_cast.storage.casts_part import SCHEMA, PartError, UnreadablePartError, concatenated
+from wam_cast.storage.dataset_directory import MOST_CASTS, DatasetDirectory, part_rows
+from wam_cast.types import Array
 
 Row = dict[str, Any]
 
@@ -76,7 +78,8 @@ class CastDataset:
         Raises
         ------
         InputError
-            If this is no dataset or an unfinished one, or its casts are of another scenario: the arm's model counts too.
+            If this is no dataset or an unfinished one, its casts are of another scenario, where the arm's model counts too, or they
+            are not what the seed and their rows say that they must be.
         """
         store = DatasetDirectory(directory)
         manifest = store.read_manifest()
@@ -89,14 +92,16 @@ class CastDataset:
                 f"dataset {directory}: its casts are of the scenario {manifest.fingerprint}, not of "
                 f"{scenario.fingerprint}; {remedy}"
             )
-        tables = store.read_parts(manifest.n_casts)
-        n_kept = sum(table.num_rows for table in tables if table is not None)
+        tables = [
+            table for table in store.read_parts(manifest.n_casts, _draw(scenario, manifest.seed)) if table is not None
+        ]
+        n_kept = sum(table.num_rows for table in tables)
         if n_kept < manifest.n_casts:
             raise InputError(
                 f"dataset {directory}: only {n_kept} of its {manifest.n_casts} casts are there; finish it with `wam-cast "
                 f"generate --casts {manifest.n_casts} --seed {manifest.seed} --scenario {store.scenario_path} --out {directory}`"
             )
-        return cls(scenario, manifest.seed, pa.concat_tables(tables).to_pandas(), manifest.controller)
+        return cls(scenario, manifest.seed, concatenated(tables).to_pandas(), manifest.controller)
 
     def split(self) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
         """Return the row numbers to train, to validate and to test with.
@@ -128,6 +133,7 @@ def generate_dataset(
     executor: Executor | Workers | None = None,
     n_workers: int | None = None,
     directory: str | Path | None = None,
+    force: bool = False,
     on_progress: Callable[[int, int], None] | None = None,
 ) -> CastDataset:
     """Simulate casts drawn at random.
@@ -150,19 +156,26 @@ def generate_dataset(
         Number of these processes, by default one for each processor.
     directory
         Where to store the dataset, part by part. A run that was interrupted goes on where it stopped, and a dataset grows
-        when more casts are asked for. By default it is kept in memory only.
+        when more casts are asked for. A part that is damaged is moved to `set_aside/`, and its casts are simulated again. By
+        default the dataset is kept in memory only.
+    force
+        Do so with parts that can be read but are not what they must be, too, which are refused otherwise.
     on_progress
         Called with the number of casts that are finished, and `n_casts`.
 
     Raises
     ------
     InputError
-        If a number is no integer or out of range, workers could not import the controller, the directory holds something else or
-        cannot be written, or the scenario cannot be simulated.
+        If a number is no integer or out of range, workers could not import the controller, the directory holds something else,
+        cannot be written or is in use, or the scenario cannot be simulated.
+    MachineError
+        If the process of a cast dies again and again; finished parts stay.
     KeyboardInterrupt
         As always; finished parts stay.
     """
     n_casts, seed = checked_integer("n_casts", n_casts, 1), checked_integer("seed", seed, 0)
+    if n_casts > MOST_CASTS:
+        raise InputError(f"n_casts = {n_casts} must be {MOST_CASTS} at most")
     if n_workers is not None:
         checked_integer("n_workers", n_workers, 1)
         if executor is not None:
@@ -170,21 +183,30 @@ def generate_dataset(
     controller, simulate = controller_name(make_controller), partial(simulate_row, scenario, seed)
     if make_controller is not None:
         simulate = partial(simulate, make_controller=make_controller)
-    parts = part_rows(n_casts)
-    tables: list[pa.Table | None] = [None] * len(parts)
     store = None if directory is None else DatasetDirectory(directory)
-    if store is not None:
-        store.open(scenario, seed, n_casts, controller)
-        tables = store.read_parts(n_casts)
-    todo = [row for rows, table in zip(parts, tables, strict=True) if table is None for row in rows]
-    with closing(run_rows(simulate, todo, executor, n_workers)) as simulated:
-        counted = _counted(simulated, n_casts - len(todo), n_casts, on_progress)
-        for part, rows in enumerate(parts):
-            if tables[part] is None:
-                tables[part] = table = pa.Table.from_pylist(list(islice(counted, len(rows))), SCHEMA)
-                if store is not None:
-                    store.write_part(part, table)
-    return CastDataset(scenario, seed, pa.concat_tables(tables).to_pandas(), controller)
+    with store or nullcontext():
+        tables: list[pa.Table] = [SCHEMA.empty_table()] * len(part_rows(n_casts))
+        if store is not None:
+            store.open(scenario, seed, n_casts, controller)
+            found = store.read_parts(
+                n_casts, _draw(scenario, seed), set_aside=(PartError if force else UnreadablePartError,)
+            )
+            tables = [empty if table is None else table for empty, table in zip(tables, found, strict=True)]
+        missing = [rows[len(table) :] for rows, table in zip(part_rows(n_casts), tables, strict=True)]
+        todo = [row for rows in missing for row in rows]
+        with closing(run_rows(simulate, todo, executor, n_workers)) as simulated:
+            counted = _counted(simulated, n_casts - len(todo), n_casts, on_progress)
+            for part, rows in enumerate(missing):
+                if rows:
+                    new = pa.Table.from_pylist(list(islice(counted, len(rows))), SCHEMA)
+                    tables[part] = concatenated([tables[part], new])
+                    if store is not None:
+                        store.write_part(part, tables[part])
+    return CastDataset(scenario, seed, concatenated(tables).to_pandas(), controller)
+
+
+def _draw(scenario: Scenario, seed: int) -> Callable[[int], Array]:
+    return lambda row: sample_cast(scenario, seed, row).to_array()
 
 
 def simulate_row(

@@ -5,26 +5,34 @@
     scenario.yaml              the scenario
     manifest.json              `Manifest`: what the casts depend on, how many are wanted, what made them
     casts/part-00000.parquet   rows 0 to 49, and so on: the casts alone, so that the folder reads as one table
+    set_aside/                 parts that were not what they must be, and were simulated again
 
-Every file is there in full or not at all.
+Every file is there in full or not at all. One process at a time works here.
 """
 
 from __future__ import annotations
 
 import json
+import logging
 import platform
+from collections.abc import Callable
 from importlib.metadata import version
+from itertools import count
 from pathlib import Path
-from typing import Final, Literal
+from typing import Annotated, Final, Literal
 
 import pyarrow as pa
-import pyarrow.parquet as pq
-from pydantic import BaseModel, ConfigDict, NonNegativeInt, PositiveInt, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, NonNegativeInt, ValidationError
 
 from wam_cast.errors import InputError, describe_validation
 from wam_cast.scenario import Scenario
+from wam_cast.storage.casts_part import PartError, read_part, write_part
 from wam_cast.storage.work_directory import ELSEWHERE, WorkDirectory, errors_of_writing
+from wam_cast.text_file import read_text
+from wam_cast.types import Array
 from wam_cast.version import __version__
+
+_logger = logging.getLogger(__name__)
 
 FORMAT: Final = 3
 """Version of the directory's layout and of the columns."""
@@ -32,26 +40,11 @@ FORMAT: Final = 3
 ROWS_PER_PART: Final = 50
 """Few enough that an interrupted run loses little."""
 
-SCHEMA = pa.schema(
-    [
-        ("cast", pa.int64()),
-        ("distance", pa.float64()),
-        ("speed", pa.float64()),
-        ("wait", pa.float64()),
-        ("landing_along", pa.float64()),
-        ("landing_across", pa.float64()),
-        ("status", pa.string()),
-        ("crossing_time", pa.float64()),
-        ("entry_speed", pa.float64()),
-        ("entry_angle", pa.float64()),
-        ("is_slack", pa.bool_()),
-        ("slack", pa.float64()),
-        ("peak_torque_utilization", pa.float64()),
-        ("peak_velocity_utilization", pa.float64()),
-        ("peak_tracking_error", pa.float64()),
-    ]
-)
-"""The columns of a dataset; `.CastDataset` says what they mean."""
+MOST_CASTS: Final = 1_000_000
+"""That a dataset may have: more would not fit into memory."""
+
+
+MEND_PARTS = "restore it, or simulate it anew with `wam-cast generate --force`, which moves what is there to set_aside/"
 
 
 class Manifest(BaseModel):
@@ -79,7 +72,7 @@ class Manifest(BaseModel):
     fingerprint: str
     controller: str
     seed: NonNegativeInt
-    n_casts: PositiveInt
+    n_casts: Annotated[int, Field(ge=1, le=MOST_CASTS)]
     rows_per_part: Literal[50] = ROWS_PER_PART
     versions: tuple[dict[str, str], ...]
 
@@ -106,7 +99,7 @@ class DatasetDirectory(WorkDirectory):
         self._casts_path = self.path / "casts"
 
     def open(self, scenario: Scenario, seed: int, n_casts: int, controller: str) -> None:
-        """Begin a dataset here, or go on with the one that is here.
+        """Begin a dataset here, or go on with the one that is here; within the context that keeps others out.
 
         A dataset may grow: `n_casts` can be more than before.
 
@@ -131,7 +124,6 @@ class DatasetDirectory(WorkDirectory):
         manifest = Manifest(
             fingerprint=scenario.fingerprint, controller=controller, seed=seed, n_casts=n_casts, versions=versions
         )
-        self._make_folders(self.path)
         self._write(self.identity_path, f"{manifest.model_dump_json(indent=2)}\n".encode())
         if not self.scenario_path.exists():
             self._write(self.scenario_path, scenario.to_yaml().encode())
@@ -144,7 +136,7 @@ class DatasetDirectory(WorkDirectory):
     def read_manifest(self) -> Manifest:
         """Return the manifest. Raises `.InputError` if there is none, or none that this version understands."""
         try:
-            text = self.identity_path.read_bytes()
+            text = read_text(self.identity_path)
             self._check_format(text)
             return Manifest.model_validate_json(text)
         except OSError as error:
@@ -152,13 +144,13 @@ class DatasetDirectory(WorkDirectory):
                 f"{self.path} is not a dataset (manifest.json: {error.strerror}); "
                 f"name a directory that `wam-cast generate --out` has made"
             ) from None
-        except ValidationError as error:
+        except (ValidationError, UnicodeDecodeError) as error:
+            what = describe_validation(error) if isinstance(error, ValidationError) else error.reason
             raise InputError(
-                f"dataset {self.path}: manifest.json cannot be used ({describe_validation(error)}); "
-                f"generate the dataset again into another directory"
+                f"dataset {self.path}: manifest.json cannot be used ({what}); generate the dataset again into another directory"
             ) from None
 
-    def _check_format(self, manifest: bytes) -> None:
+    def _check_format(self, manifest: str) -> None:
         """Raise `.InputError` with the command that makes the dataset anew if it is of another format."""
         try:
             values = json.loads(manifest)
@@ -171,23 +163,53 @@ class DatasetDirectory(WorkDirectory):
                 f"--casts {n_casts} --seed {seed} --out DIR`, with its --scenario if it has one"
             )
 
-    def read_parts(self, n_casts: int) -> list[pa.Table | None]:
-        """Return the parts of a dataset of `n_casts`; None for those that are missing, unreadable, or not complete."""
+    def read_parts(
+        self, n_casts: int, draw: Callable[[int], Array], *, set_aside: tuple[type[PartError], ...] = ()
+    ) -> list[pa.Table | None]:
+        """Return the parts of a dataset of `n_casts`, whole or only begun; None for those that are not there.
+
+        `draw` gives the parameters of a row. Parts that fail with an error among `set_aside` are moved out of the way.
+
+        Raises
+        ------
+        InputError
+            If a part is not what it must be.
+        """
+        parts = part_rows(n_casts)
+        own = {self._part_path(part) for part in range(len(parts))}
+        for stray in sorted(set(self._casts_path.glob("part-*.parquet")) - own):
+            raise InputError(
+                f"dataset {self.path}: casts/{stray.name} is there, which no dataset of {n_casts} casts has; ask for more casts, "
+                "or move it away"
+            )
         tables = []
-        for part, rows in enumerate(part_rows(n_casts)):
+        for part, rows in enumerate(parts):
+            path = self._part_path(part)
             try:
-                with pq.ParquetFile(self._part_path(part)) as file:
-                    table = file.read()
-            except (OSError, pa.ArrowException):
+                table = read_part(path, rows, draw)
+            except PartError as error:
+                if not isinstance(error, set_aside):
+                    raise InputError(f"dataset {self.path}: casts/{path.name} {error}; {MEND_PARTS}") from None
                 table = None
-            is_whole = table is not None and table.schema.equals(SCHEMA) and table.num_rows == len(rows)
-            tables.append(table if is_whole else None)
+                aside = self._set_aside(path)
+                _logger.warning("dataset %s: casts/%s %s; it is now %s", self.path, path.name, error, aside)
+            tables.append(table)
         return tables
+
+    def _set_aside(self, path: Path) -> Path:
+        """Move a file out of the way, and return where it is."""
+        folder = self.path / "set_aside"
+        self._make_folders(folder)
+        taken = (folder / f"{path.stem}{f'-{n}' if n else ''}{path.suffix}" for n in count())
+        aside = next(name for name in taken if not name.exists())
+        with errors_of_writing(self.kind, self.path):
+            path.rename(aside)
+        return aside
 
     def write_part(self, part: int, table: pa.Table) -> None:
         """Write a part. Raises `.InputError` if that fails."""
         with self._writing(self._part_path(part)) as temporary:
-            pq.write_table(table, temporary)
+            write_part(temporary, table)
 
     def _part_path(self, part: int) -> Path:
         return self._casts_path / f"part-{part:05d}.parquet"

@@ -15,21 +15,23 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TypeVar
+from typing import Self, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
 from wam_cast.errors import InputError
 from wam_cast.scenario import Scenario
 from wam_cast.storage.work_directory import ELSEWHERE, WorkDirectory
+from wam_cast.text_file import read_text
 
 R = TypeVar("R")
 
+LARGEST_PHASE = 100_000_000
+"""Bytes that the result of a phase may have."""
+
 
 class RunDirectory(WorkDirectory):
-    """Where a run of an experiment is kept; made if it is not there.
-
-    As a context manager it keeps other runs out.
+    """Where a run of an experiment is kept: a context manager, in which the directory is this run's alone.
 
     Parameters
     ----------
@@ -43,7 +45,7 @@ class RunDirectory(WorkDirectory):
     Raises
     ------
     InputError
-        If something else is there, a run of another identity, or the directory cannot be written.
+        On entering, if something else is there, a run of another identity or one at work, or the directory cannot be written.
     """
 
     kind = "run of the experiment"
@@ -51,19 +53,30 @@ class RunDirectory(WorkDirectory):
 
     def __init__(self, path: str | Path, identity: Mapping[str, object], scenario: Scenario) -> None:
         super().__init__(path)
+        self._identity, self._scenario = json.dumps(identity, indent=2), scenario
         self.casts, self.noisy_casts = self.path / "casts", self.path / "noisy_casts"
         self.figures = self.path / "figures"
         self._phases, self._wall = self.path / "phases", self.path / "wall.json"
-        text = json.dumps(identity, indent=2)
+
+    def __enter__(self) -> Self:
+        super().__enter__()
+        try:
+            self._open()
+        except InputError:
+            self._lock.release()
+            raise
+        return self
+
+    def _open(self) -> None:
+        """Begin a run, or see that the one here is the same."""
         if self.is_begun(self.path):
             old = _read(self.identity_path, dict[str, object])
             if old is None:
                 raise InputError(f"{self.identity_path} cannot be read; {ELSEWHERE}")
-            self._check_same(old, json.loads(text))
+            self._check_same(old, json.loads(self._identity))
         else:
-            self._make_folders(self.path)
-            self._write(self.identity_path, f"{text}\n".encode())
-        self._write(self.scenario_path, scenario.to_yaml().encode())
+            self._write(self.identity_path, f"{self._identity}\n".encode())
+        self._write(self.scenario_path, self._scenario.to_yaml().encode())
         self._make_folders(self._phases, self.figures)
 
     def phase(self, name: str, kind: type[R], compute: Callable[[], R]) -> R:
@@ -105,6 +118,6 @@ class RunDirectory(WorkDirectory):
 def _read(path: Path, kind: type[R]) -> R | None:
     """Return what is in a file of JSON; None if it is not there, cut off, or of another kind."""
     try:
-        return TypeAdapter(kind).validate_json(path.read_bytes())
-    except (OSError, ValidationError):
+        return TypeAdapter(kind).validate_json(read_text(path, LARGEST_PHASE))
+    except (OSError, UnicodeDecodeError, ValidationError, RecursionError):
         return None

@@ -20,8 +20,8 @@ ELSEWHERE = "choose another directory (--out)"
 class WorkDirectory:
     """What directories of datasets and of runs have in common; `path` need not exist yet.
 
-    As a context manager it keeps other processes out, and raises `.InputError` if one is at work there; a run of the experiment
-    is one for as long as it lasts, a dataset is not yet.
+    As a context manager it makes the directory and keeps other processes out; it raises `.InputError` if one is at work there,
+    something else is there, or it cannot be written.
 
     Attributes
     ----------
@@ -43,10 +43,15 @@ class WorkDirectory:
         self._lock = FileLock(self.path / ".lock", timeout=0)
 
     def __enter__(self) -> Self:
-        try:
-            self._lock.acquire()
-        except Timeout:
-            raise InputError(f"{self.path}: another run is at work there; wait for its end, or {ELSEWHERE}") from None
+        self.is_begun(self.path)  # nothing is left in a directory of something else, not even a lock
+        self._make_folders(self.path)
+        with errors_of_writing(self.kind, self.path):
+            try:
+                self._lock.acquire()
+            except Timeout:
+                raise InputError(
+                    f"{self.path}: another run is at work there; wait for its end, or {ELSEWHERE}"
+                ) from None
         return self
 
     def __exit__(self, *_: object) -> None:

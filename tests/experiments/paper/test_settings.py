@@ -32,7 +32,8 @@ def settings_of(scenario, seed=0, quick=True):
 
 
 def begin(path, settings):
-    return RunDirectory(path, settings.identity, settings.own_scenario)
+    with RunDirectory(path, settings.identity, settings.own_scenario) as directory:
+        return directory
 
 
 @pytest.fixture

@@ -1,0 +1,151 @@
+"""A part of a dataset: a Parquet file of casts, read only if it holds what seed and row say that it must."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+import pyarrow.parquet as pq
+
+from wam_cast.cast import PARAMETERS
+from wam_cast.text_file import check_regular
+from wam_cast.types import Array
+
+SCHEMA = pa.schema(
+    [
+        ("cast", pa.int64()),
+        ("distance", pa.float64()),
+        ("speed", pa.float64()),
+        ("wait", pa.float64()),
+        ("landing_along", pa.float64()),
+        ("landing_across", pa.float64()),
+        ("status", pa.string()),
+        ("crossing_time", pa.float64()),
+        ("entry_speed", pa.float64()),
+        ("entry_angle", pa.float64()),
+        ("is_slack", pa.bool_()),
+        ("slack", pa.float64()),
+        ("peak_torque_utilization", pa.float64()),
+        ("peak_velocity_utilization", pa.float64()),
+        ("peak_tracking_error", pa.float64()),
+    ]
+)
+"""The columns of a dataset; `.CastDataset` says what they mean."""
+
+STATUSES = ("landed", "never_crossed", "limit_hit", "diverged")
+"""How a cast without a cup can end."""
+
+NEVER_MISSING = ("cast", *PARAMETERS, "status", "is_slack")
+
+LANDED = ("landing_along", "landing_across", "crossing_time", "entry_speed", "entry_angle", "slack")
+"""What a cast that landed has."""
+
+LARGEST_PART = 16_000_000
+"""Bytes that a part may unpack to."""
+
+
+class PartError(ValueError):
+    """A part that cannot be taken; the line says what is wrong with it."""
+
+
+class UnreadablePartError(PartError):
+    """It is no Parquet, is cut off, or fails its checksums."""
+
+
+def read_part(path: Path, rows: range, draw: Callable[[int], Array]) -> pa.Table | None:
+    """Return the casts in a file, the first of `rows` or all of them; None if there is no file.
+
+    The columns of `SCHEMA` come first, whatever their order and equivalent type in the file; columns that are not ours follow.
+    `draw` gives the parameters of a row [m, m/s, s], (3,).
+
+    Raises
+    ------
+    UnreadablePartError
+        If it is no Parquet file, or one that was damaged.
+    PartError
+        If it can be read, but is not what it must be.
+    """
+    try:
+        check_regular(path)
+        with pq.ParquetFile(path, page_checksum_verification=True) as file:
+            _check_size(file.metadata, rows)
+            table = file.read()
+    except FileNotFoundError:
+        return None
+    except (OSError, pa.ArrowException) as error:
+        raise UnreadablePartError(f"cannot be read ({' '.join(str(error).split())[:200]})") from None
+    table = _conform(table)
+    _check_values(table)
+    _check_casts(table, rows, draw)
+    return table
+
+
+def write_part(path: Path, table: pa.Table) -> None:
+    """Write casts with checksums, by which damage is noticed."""
+    pq.write_table(table, path, write_page_checksum=True)
+
+
+def concatenated(tables: list[pa.Table]) -> pa.Table:
+    """Return the rows of all tables; where one lacks a column that is not ours, its rows have no value there."""
+    return pa.concat_tables(tables, promote_options="permissive")
+
+
+def _check_size(metadata: pq.FileMetaData, rows: range) -> None:
+    if metadata.num_rows > len(rows):
+        raise PartError(f"holds {metadata.num_rows} casts, where {len(rows)} belong")
+    if sum(metadata.row_group(i).total_byte_size for i in range(metadata.num_row_groups)) > LARGEST_PART:
+        raise PartError(f"unpacks to more than {LARGEST_PART} bytes")
+
+
+def _conform(table: pa.Table) -> pa.Table:
+    """Return the table with our columns first, each of its type."""
+    columns: dict[str, pa.ChunkedArray] = {}
+    for field in SCHEMA:
+        if table.column_names.count(field.name) != 1:
+            raise PartError(f"has {table.column_names.count(field.name)} columns {field.name}, where one belongs")
+        column = table[field.name]
+        try:
+            columns[field.name] = column.cast(field.type)
+        except pa.ArrowException:
+            raise PartError(f"column {field.name}: is of type {column.type}, where {field.type} belongs") from None
+    others = {name: table[name] for name in table.column_names if name not in columns}
+    return pa.table(columns | others)
+
+
+def _check_values(table: pa.Table) -> None:
+    for name in NEVER_MISSING:
+        if table[name].null_count:
+            raise PartError(f"column {name}: {table[name].null_count} values are missing")
+    unknown = set(table["status"].to_pylist()) - set(STATUSES)
+    if unknown:
+        raise PartError(f"column status: holds {min(unknown)[:40]!r}, where one of {', '.join(STATUSES)} belongs")
+    has_landed = pc.equal(table["status"], "landed").to_numpy()
+    for field in SCHEMA:
+        if not pa.types.is_floating(field.type):
+            continue
+        values = table[field.name].to_numpy()  # missing ones, as pandas writes them, become nan
+        must_be = has_landed if field.name in LANDED else np.full(len(values), field.name in NEVER_MISSING)
+        wrong = np.isinf(values) | (must_be & np.isnan(values))
+        if wrong.any():
+            row = int(np.argmax(wrong))
+            raise PartError(f"column {field.name}: is {values[row]} for cast {table['cast'][row]}")
+
+
+def _check_casts(table: pa.Table, rows: range, draw: Callable[[int], Array]) -> None:
+    """Check that these are the casts that seed and rows determine."""
+    numbers = table["cast"].to_numpy()
+    expected = np.array(rows[: len(numbers)], dtype=np.int64)
+    if not np.array_equal(numbers, expected):
+        row = int(np.argmax(numbers != expected))
+        raise PartError(f"column cast: is {numbers[row]}, where {expected[row]} belongs")
+    drawn = np.array([draw(int(row)) for row in expected]).reshape(-1, len(PARAMETERS))
+    for name, values in zip(PARAMETERS, drawn.T, strict=True):
+        wrong = ~np.isclose(table[name].to_numpy(), values, rtol=1e-9, atol=0)
+        if wrong.any():
+            row = int(np.argmax(wrong))
+            raise PartError(
+                f"column {name}: is {table[name][row]} for cast {expected[row]}, where the seed draws {values[row]}"
+            )

@@ -11,26 +11,14 @@ import hashlib
 import json
 import math
 from pathlib import Path
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
 import yaml
-from pydantic import ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from wam_cast.arm.arm_model import arm_model
 from wam_cast.errors import InputError, describe_validation
-from wam_cast.scenario_parts import (
-    Arm,
-    Ball,
-    Bounds,
-    Controller,
-    Cup,
-    Motion,
-    Noise,
-    Part,
-    Positive,
-    Simulation,
-    String,
-)
+from wam_cast.scenario_parts import Arm, Ball, Bounds, Controller, Cup, Motion, Noise, Part, Simulation, String
 from wam_cast.tether import LOOSE_MARGIN, Tether, lifting_share
 from wam_cast.types import Position
 from wam_cast.yaml_file import read_yaml
@@ -48,7 +36,7 @@ class Scenario(Part):
     `gravity` is the acceleration of free fall [m/s^2].
     """
 
-    gravity: Positive = 9.81
+    gravity: Annotated[float, Field(ge=0.1, le=100)] = 9.81
     arm: Arm = Arm()
     string: String = String()
     ball: Ball = Ball()
@@ -68,6 +56,11 @@ class Scenario(Part):
             raise ValueError(
                 f"cup.inner_radius = {self.cup.inner_radius:g} m leaves no room for the ball: "
                 f"choose more than ball.radius = {self.ball.radius:g} m"
+            )
+        if self.cup.base_height > 0 and self.cup.base_radius < self.cup.outer_radius:
+            raise ValueError(
+                f"cup.base_radius = {self.cup.base_radius:g} m: no cup of outer radius {self.cup.outer_radius:g} m stands on that; "
+                "choose at least as much"
             )
         if not self.cup.bottom_thickness < self.cup.height:
             raise ValueError(

@@ -7,9 +7,19 @@ from typing import Annotated, Any, Literal, Self, TypeAlias
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-Positive = Annotated[float, Field(gt=0)]
-NonNegative = Annotated[float, Field(ge=0)]
-Seven = tuple[NonNegative, NonNegative, NonNegative, NonNegative, NonNegative, NonNegative, NonNegative]
+
+def _within(least: float, most: float) -> Any:
+    """Return what a field of numbers of a range is annotated with: beyond it is no laboratory, and no simulation that ends."""
+    return Field(ge=least, le=most)
+
+
+Stiffness = Annotated[float, _within(0, 1e4)]
+Stiffnesses = tuple[Stiffness, Stiffness, Stiffness, Stiffness, Stiffness, Stiffness, Stiffness]
+Factor = Annotated[float, _within(0.05, 20)]
+Duration = Annotated[float, _within(0.01, 60)]
+Distance = Annotated[float, _within(0.001, 5)]
+Speed = Annotated[float, _within(0.001, 20)]
+Wait = Annotated[float, _within(0, 60)]
 
 
 def _for_each_joint(value: Any) -> Any:
@@ -18,9 +28,15 @@ def _for_each_joint(value: Any) -> Any:
 
 
 Scale: TypeAlias = Annotated[
-    tuple[Positive, Positive, Positive, Positive, Positive, Positive, Positive], BeforeValidator(_for_each_joint)
+    tuple[Factor, Factor, Factor, Factor, Factor, Factor, Factor], BeforeValidator(_for_each_joint)
 ]
 """Factors of the joints 1 to 7, or one for all."""
+
+Multiple = Annotated[float, _within(0, 20)]
+Multiples: TypeAlias = Annotated[
+    tuple[Multiple, Multiple, Multiple, Multiple, Multiple, Multiple, Multiple], BeforeValidator(_for_each_joint)
+]
+"""The same, 0 among them."""
 
 Share = Annotated[float, Field(ge=0, le=2)]
 Shares: TypeAlias = Annotated[tuple[Share, Share, Share, Share, Share, Share, Share], BeforeValidator(_for_each_joint)]
@@ -89,10 +105,10 @@ class Arm(Part):
     hand_frame: str = "tool_plate"
     joints: tuple[str, str, str, str, str, str, str] | None = None
     mount: Literal["ceiling", "floor", "wall"] = "ceiling"
-    mount_height: NonNegative = 1.346
+    mount_height: Annotated[float, _within(0, 10)] = 1.346
     wrist_pitch: Annotated[float, Field(ge=-1.6, le=1.6)] = -0.6
     coulomb_friction: Shares = (0.0,) * 7
-    viscous_friction_scale: Scale = UNSCALED
+    viscous_friction_scale: Multiples = UNSCALED
     mass_scale: Scale = UNSCALED
     inertia_scale: Scale = UNSCALED
     rotor_inertia_scale: Scale = UNSCALED
@@ -124,13 +140,13 @@ class String(Part):
         Of the joint between string and ball, at the ball's surface [N m s].
     """
 
-    length: Positive = 0.60
+    length: Annotated[float, _within(0.1, 5)] = 0.60
     n_links: Annotated[int, Field(ge=1, le=40)] = 10
-    mass: Positive = 0.003
-    bending_damping: NonNegative = 8e-7
-    bending_stiffness: NonNegative = 0.0
-    hook_damping: NonNegative = 1e-4
-    knot_damping: NonNegative = 1e-5
+    mass: Annotated[float, _within(1e-5, 1)] = 0.003
+    bending_damping: Annotated[float, _within(0, 1e-2)] = 8e-7
+    bending_stiffness: Annotated[float, _within(0, 0.1)] = 0.0
+    hook_damping: Annotated[float, _within(0, 0.1)] = 1e-4
+    knot_damping: Annotated[float, _within(0, 0.1)] = 1e-5
 
     def link_length(self, ball: Ball) -> float:
         """Return the length of a link [m], with the `ball` at the string's end."""
@@ -148,8 +164,8 @@ class Ball(Part):
         Its moment of inertia over mass times radius squared: 0.4 for a solid sphere, 0.667 for a thin shell as of a tennis ball.
     """
 
-    mass: Positive = 0.030
-    radius: Positive = 0.020
+    mass: Annotated[float, _within(5e-4, 5)] = 0.030
+    radius: Annotated[float, _within(1e-4, 0.2)] = 0.020
     inertia_factor: Annotated[float, Field(gt=0, le=2 / 3 + 1e-3)] = 0.4
 
 
@@ -177,16 +193,16 @@ class Cup(Part):
         Coulomb friction coefficient between ball and cup or floor.
     """
 
-    rim_height: Positive = 0.12
-    base_height: NonNegative = 0.0
-    base_radius: Positive = 0.06
+    rim_height: Annotated[float, _within(0.005, 5)] = 0.12
+    base_height: Annotated[float, _within(0, 5)] = 0.0
+    base_radius: Annotated[float, _within(0.005, 5)] = 0.06
     offset: tuple[CupOffset, CupOffset] = (0.0, 0.0)
-    inner_radius: Positive = 0.030
-    wall_thickness: Positive = 0.0045
-    bottom_thickness: Positive = 0.006
-    stiffness: Positive = 2e4
-    restitution: Annotated[float, Field(gt=0, lt=1)] = 0.25
-    friction: NonNegative = 0.4
+    inner_radius: Annotated[float, _within(0.003, 1)] = 0.030
+    wall_thickness: Annotated[float, _within(5e-4, 0.2)] = 0.0045
+    bottom_thickness: Annotated[float, _within(5e-4, 1)] = 0.006
+    stiffness: Annotated[float, _within(100, 1e6)] = 2e4
+    restitution: Annotated[float, _within(0.05, 0.95)] = 0.25
+    friction: Annotated[float, _within(0, 2)] = 0.4
 
     @property
     def outer_radius(self) -> float:
@@ -219,11 +235,11 @@ class Controller(Part):
         Periods from a sample to the torque that answers it.
     """
 
-    kp: NonNegative = 6000.0
-    kd: NonNegative = 250.0
-    posture_stiffness: Seven = (20.0, 20.0, 20.0, 20.0, 5.0, 5.0, 0.5)
-    posture_damping: Seven = (3.0, 3.0, 3.0, 3.0, 0.5, 0.5, 0.02)
-    period: Positive = 0.002
+    kp: Annotated[float, _within(0, 1e6)] = 6000.0
+    kd: Annotated[float, _within(0, 1e5)] = 250.0
+    posture_stiffness: Stiffnesses = (20.0, 20.0, 20.0, 20.0, 5.0, 5.0, 0.5)
+    posture_damping: Stiffnesses = (3.0, 3.0, 3.0, 3.0, 0.5, 0.5, 0.02)
+    period: Annotated[float, _within(1e-5, 0.1)] = 0.002
     delay: Annotated[int, Field(ge=0, le=20)] = 0
 
 
@@ -247,18 +263,18 @@ class Motion(Part):
         wall; straight up to the starting height; and back. See `wam_cast.motion.return_path`.
     """
 
-    start_radius: Positive = 0.20
-    start_height: Positive = 0.80
-    turn_duration: Positive = 4.0
-    min_move_duration: Positive = 0.2
-    drop_distance: Positive = 0.45
-    drop_duration: Positive = 0.44
-    hold_duration: Positive = 1.5
-    fetch_duration: Positive = 1.0
-    pull_duration: Positive = 2.0
-    slide_duration: Positive = 1.5
-    lift_duration: Positive = 0.8
-    retreat_duration: Positive = 2.5
+    start_radius: Annotated[float, _within(0.01, 5)] = 0.20
+    start_height: Annotated[float, _within(0.05, 10)] = 0.80
+    turn_duration: Duration = 4.0
+    min_move_duration: Duration = 0.2
+    drop_distance: Annotated[float, _within(0.001, 5)] = 0.45
+    drop_duration: Duration = 0.44
+    hold_duration: Duration = 1.5
+    fetch_duration: Duration = 1.0
+    pull_duration: Duration = 2.0
+    slide_duration: Duration = 1.5
+    lift_duration: Duration = 0.8
+    retreat_duration: Duration = 2.5
 
 
 class Noise(Part):
@@ -282,12 +298,12 @@ class Noise(Part):
         with rates to match, so that its phase is random.
     """
 
-    distance: NonNegative = 0.0
-    speed: NonNegative = 0.0
-    wait: NonNegative = 0.0
-    torque: NonNegative = 0.0
-    encoder_counts: Annotated[int, Field(ge=0)] = 0
-    swing: NonNegative = 0.0
+    distance: Annotated[float, _within(0, 5)] = 0.0
+    speed: Annotated[float, _within(0, 5)] = 0.0
+    wait: Annotated[float, _within(0, 5)] = 0.0
+    torque: Annotated[float, _within(0, 1)] = 0.0
+    encoder_counts: Annotated[int, _within(0, 10000000)] = 0
+    swing: Annotated[float, _within(0, 1)] = 0.0
 
     @property
     def is_on(self) -> bool:
@@ -312,16 +328,16 @@ class Simulation(Part):
         floor.
     """
 
-    max_step: Positive = 0.002
+    max_step: Annotated[float, _within(1e-6, 0.1)] = 0.002
     contact_accuracy: Annotated[float, Field(gt=0, le=0.5)] = 0.1
 
 
 class Bounds(Part):
     """Lower and upper bound of each parameter of a cast: distance [m], mean speed [m/s], wait [s]."""
 
-    distance: tuple[Positive, Positive] = (0.05, 0.40)
-    speed: tuple[Positive, Positive] = (0.21, 0.85)
-    wait: tuple[NonNegative, NonNegative] = (0.0, 0.5)
+    distance: tuple[Distance, Distance] = (0.05, 0.40)
+    speed: tuple[Speed, Speed] = (0.21, 0.85)
+    wait: tuple[Wait, Wait] = (0.0, 0.5)
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:

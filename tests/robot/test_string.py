@@ -255,7 +255,7 @@ def test_modes_of_one_link_are_the_double_pendulums(ball):
 def test_ball_spins_about_its_knot_under_the_strings_tension(ball, frequency):
     # A light string that pulls straight up at the surface of a ball whose centre stays: omega^2 = M g r / (k M r^2).
     assert np.sqrt(G / (ball.inertia_factor * ball.radius)) == pytest.approx(frequency, rel=2e-3)
-    string = String(length=20.0, mass=1e-6, n_links=1, **UNDAMPED)
+    string = String.model_construct(length=20.0, mass=1e-6, n_links=1, **UNDAMPED)  # as no laboratory has
     assert Pendulum(string, ball).in_plane_modes()[1].imag == pytest.approx(frequency, rel=5e-3)
 
 

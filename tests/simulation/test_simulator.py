@@ -342,7 +342,7 @@ def test_diverged_simulation_is_reported_and_harms_nothing(monkeypatch):
 
 def test_arm_out_of_control_meets_its_limits():
     # Those gains are refused but of a controller of one's own.
-    stiff = scenario(controller={"kp": 1e9})
+    stiff = scenario(controller={"kp": 1e6})
     outcome = CastSimulator(stiff, make_controller=lambda known: CastController(known)).simulate(TYPICAL)
     assert outcome.status is Status.LIMIT_HIT
     assert "joint 2 torque" in outcome.limits_hit

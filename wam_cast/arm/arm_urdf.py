@@ -16,6 +16,7 @@ from wam_cast.arm.urdf_file import (
     DRAKE,
     Element,
     check_inertia,
+    check_shapes,
     link_of,
     named,
     number,
@@ -89,6 +90,7 @@ def _read(path: Path, arm: Arm) -> ArmUrdf:
     for link in root.findall("link"):
         check_inertia(link, must_be=link.get("name") in carried)
     places, R_BE = _checked_frames(chain)
+    check_shapes(root)
     resolve_meshes(path, root)
     _replace_motors(root, moving)
     _rename(root, arm, moving, R_BE)

@@ -168,6 +168,32 @@ def rpy_of(R: Array) -> Array:
     return np.array([np.arctan2(R[2, 1], R[2, 2]), pitch, np.arctan2(R[1, 0], R[0, 0])])
 
 
+SHAPES = {
+    "box": ("size",),
+    "sphere": ("radius",),
+    "cylinder": ("radius", "length"),
+    "capsule": ("radius", "length"),
+    "mesh": (),
+}
+"""What can be drawn, and which numbers each shape needs."""
+
+
+def check_shapes(root: Element) -> None:
+    """Raise `.InputError` if a link is drawn with a shape that Drake cannot draw."""
+    for link in root.findall("link"):
+        for geometry in link.iterfind("visual/geometry"):
+            shapes = [shape for shape in geometry if shape.tag in SHAPES]
+            if len(shapes) != 1:
+                raise InputError(
+                    f"link {link.get('name')!r}: a <geometry> has {len(shapes)} shapes; give it one of {', '.join(SHAPES)}"
+                )
+            (shape,) = shapes
+            for name in SHAPES[shape.tag]:
+                if not all(float(size) > 0 for size in shape.get(name, "0").split()):
+                    what = f"<{shape.tag} {name}={shape.get(name)!r}>"
+                    raise InputError(f"link {link.get('name')!r}: {what} cannot be drawn; give positive numbers [m]")
+
+
 def resolve_meshes(path: Path, root: Element) -> None:
     """Give the meshes their absolute place."""
     for link in root.findall("link"):

@@ -37,12 +37,10 @@ def saturate(torque: Array, limits: Array) -> Array:
     return np.asarray(torque / np.maximum(motor_utilization(torque, limits), 1.0))
 
 
-class Motors(PythonSystem):
-    """Saturates the commanded torque, and scales it as this arm's motors do.
+class TorqueLimits:
+    """What the arm's motors give at most: their peak torque up to `Arm.knee_speed`, from there on less.
 
-    Above `Arm.knee_speed` the limits of torques that drive the motion fall linearly, to zero at the velocity limit.
-
-    Ports: commanded [N m] (7), arm_state (q [rad], v [rad/s], 14; read only if there is a knee) -> torque [N m] (7)
+    Above the knee the limits of torques that drive the motion fall linearly, to zero at the velocity limit.
 
     Parameters
     ----------
@@ -53,26 +51,51 @@ class Motors(PythonSystem):
     """
 
     def __init__(self, plant: MultibodyPlant, arm: Arm) -> None:
-        super().__init__()
-        self._scale, self._knee = np.array(arm.torque_scale), arm.knee_speed
-        self._limits: Array = plant.GetEffortUpperLimits() / self._scale
+        self._knee = arm.knee_speed
+        self._peak: Array = plant.GetEffortUpperLimits()
         self._velocity_limits: Array = plant.GetVelocityUpperLimits()[:N_ARM]
+
+    def at(self, v: Array, torque: Array) -> Array:
+        """Return the limits [N m] at joint velocities `v` [rad/s] of torques with the signs of `torque`, each (..., 7)."""
+        if self._knee == 1:
+            return self._peak
+        speed = motor_utilization(v, self._velocity_limits)
+        left = np.clip((1 - speed) / (1 - self._knee), 1e-6, 1.0)
+        return np.asarray(self._peak * np.where(torque * v > 0, left, 1.0))
+
+
+class Motors(PythonSystem):
+    """Scales the commanded torque as this arm's motors do, and saturates it at what they give.
+
+    Ports: commanded [N m] (7), arm_state (q [rad], v [rad/s], 14; read only if there is a knee) -> torque [N m] (7)
+
+    Parameters
+    ----------
+    plant, arm
+        As of `.TorqueLimits`.
+
+    Attributes
+    ----------
+    limits
+        Of commanded torques [N m], shape (7,), below the knee.
+    """
+
+    def __init__(self, plant: MultibodyPlant, arm: Arm) -> None:
+        super().__init__()
+        self._scale, self._torque_limits = np.array(arm.torque_scale), TorqueLimits(plant, arm)
+        self.limits: Array = plant.GetEffortUpperLimits() / self._scale
+        self._has_knee = arm.knee_speed < 1
         self._commanded = self.DeclareVectorInputPort("commanded", N_ARM)
         self._arm_state = self.DeclareVectorInputPort("arm_state", 2 * N_ARM)
-        tickets = {self._commanded.ticket()} | ({self._arm_state.ticket()} if self._knee < 1 else set())
+        tickets = {self._commanded.ticket()} | ({self._arm_state.ticket()} if self._has_knee else set())
         self.DeclareVectorOutputPort("torque", N_ARM, self._calc_torque, tickets)
 
     def _calc_torque(self, context: Context, output: BasicVector) -> None:
-        commanded, limits = evaluate(self._commanded, context), self._limits
-        if self._knee < 1:
-            limits = self._limits_at(evaluate(self._arm_state, context)[N_ARM:], commanded)
+        commanded, limits = evaluate(self._commanded, context), self.limits
+        if self._has_knee:
+            v = evaluate(self._arm_state, context)[N_ARM:]
+            limits = self._torque_limits.at(v, commanded) / self._scale
         output.SetFromVector(self._scale * saturate(commanded, limits))
-
-    def _limits_at(self, v: Array, commanded: Array) -> Array:
-        """Return the limits [N m], (7,), of torques at joint velocities `v` [rad/s], (7,)."""
-        speed = motor_utilization(v, self._velocity_limits)
-        left = np.clip((1 - speed) / (1 - self._knee), 1e-6, 1.0)
-        return np.asarray(self._limits * np.where(commanded * v > 0, left, 1.0))
 
 
 def delay_line(n_samples: int, period: float) -> LinearSystem:

@@ -50,6 +50,9 @@ STICTION_SPEED = 0.1
 N_CUP_WALLS = 16
 """Boxes that make up the cup's round wall for contact."""
 
+STRING_RADIUS = 0.002
+"""[m]"""
+
 STRING_COLOR = (0.28, 0.24, 0.20, 1.0)
 BALL_COLOR = (0.90, 0.33, 0.05, 1.0)
 CUP_COLOR = (0.10, 0.42, 0.60, 0.25)
@@ -88,9 +91,8 @@ def add_string(plant: MultibodyPlant, string: String, ball: Ball, parent_frame: 
     inertia = SpatialInertia(
         string.mass / string.n_links,
         np.array([0, 0, link_length / 2]),
-        UnitInertia.ThinRod(link_length, np.array([0.0, 0.0, 1.0])).ShiftFromCenterOfMass(
-            np.array([0.0, 0.0, -link_length / 2])
-        ),
+        # A thin rod's, and about its own axis a cord's: without that the joint could be turned by nothing where it is singular.
+        UnitInertia(link_length**2 / 3, link_length**2 / 3, STRING_RADIUS**2 / 2),
     )
     for i in range(string.n_links):
         link = plant.AddRigidBody(f"string_link{i}", model, inertia)
@@ -101,7 +103,7 @@ def add_string(plant: MultibodyPlant, string: String, ball: Ball, parent_frame: 
         )
         if plant.geometry_source_is_registered():
             X_LinkGeometry = translation([0, 0, link_length / 2])
-            thread = Cylinder(0.0020, link_length)
+            thread = Cylinder(STRING_RADIUS, link_length)
             plant.RegisterVisualGeometry(link, X_LinkGeometry, thread, f"string_link{i}", np.array(STRING_COLOR))
     return parent_frame
 

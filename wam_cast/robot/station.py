@@ -177,7 +177,7 @@ class CastStation:
             builder.Connect(commanded, self._delay.get_input_port())
             commanded = self._delay.get_output_port()
         if robot.noise.torque > 0:
-            noise = TorqueNoise(robot.noise.torque, plant.GetEffortUpperLimits(), period)
+            noise = TorqueNoise(robot.noise.torque, self.motors.limits, period)
             self._torque_noise = add_system(builder, "torque_noise", noise)
             builder.Connect(commanded, noise.get_input_port())
             commanded = noise.get_output_port()

@@ -30,13 +30,13 @@ STABLE_STEP = 2.5
 EXPLICIT_EVALUATIONS, IMPLICIT_EVALUATIONS = 3, 15
 """Evaluations of the plant's accelerations in a step; of the implicit method about, with those for its Jacobian."""
 
-EVALUATION_SECONDS = 1.5e-6
+EVALUATION_SECONDS = 2.5e-6
 """Processor time of an evaluation, about, for each velocity of the plant [s]."""
 
 SAMPLE_SECONDS = 1e-4
 """The same of a control period, about: the controller's [s]."""
 
-MAX_CAST_SECONDS = 60.0
+MAX_CAST_SECONDS = 30.0
 """Casts that take more processor time [s] are refused."""
 
 
@@ -85,12 +85,15 @@ def choose_integration(station: CastStation) -> Integration:
     distance, speed, wait = (sum(bounds) / 2 for _, bounds in scenario.bounds)
     duration = distance / speed + wait + scenario.motion.drop_duration
     step_seconds = n_evaluations * EVALUATION_SECONDS * station.plant.num_velocities()
+    if method == IMPLICIT and (scenario.noise.torque > 0 or scenario.noise.encoder_counts > 0):
+        # About: each jolt of the torque asks for several steps, as short as they may be, and new Jacobians.
+        step_seconds *= max(1.0, scenario.string.n_links * max_step / scenario.controller.period)
     seconds = duration * (step_seconds / step + SAMPLE_SECONDS / scenario.controller.period)
     if seconds > MAX_CAST_SECONDS:
         raise InputError(
             f"simulation.max_step = {scenario.simulation.max_step:g} s, controller.period = {scenario.controller.period:g} s, "
             f"string.n_links = {scenario.string.n_links}: a cast would take about {seconds:.0f} s of processor time; "
-            "choose longer steps and periods, or fewer links"
+            "choose longer steps and periods, fewer links, or no noise.torque and noise.encoder_counts"
         )
     return Integration(method, contact_method, max_step, step, seconds)
 

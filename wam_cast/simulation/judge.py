@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 from wam_cast.casting_plane import to_casting_plane
 from wam_cast.motion.stages import CastMotion, Stage
-from wam_cast.robot.motors import motor_utilization
+from wam_cast.robot.motors import TorqueLimits, motor_utilization
 from wam_cast.robot.plant import N_ARM
 from wam_cast.robot.station import CastStation, Log
 from wam_cast.scenario import Cup
@@ -60,7 +60,7 @@ class Judge:
         self._speed_limits = plant.GetVelocityUpperLimits()[:N_ARM]
         self._lower = plant.GetPositionLowerLimits()[:N_ARM]
         self._upper = plant.GetPositionUpperLimits()[:N_ARM]
-        self._torque_limits = plant.GetEffortUpperLimits()
+        self._torque_limits = TorqueLimits(plant, self._scenario.arm)
 
     def outcome(self, free: ContactFree, rest_of_drop: Log | None = None, contact: Contact | None = None) -> Outcome:
         """Return the outcome of a cast, whose ball comes down as it does in the contact-free phase.
@@ -115,8 +115,11 @@ class Judge:
     def _limits_used(self, log: Log) -> tuple[Array, Array]:
         """Return the peak utilization of the torque and velocity limits, (7,) each."""
         n_q = log.states.shape[1] // 2
-        torque_used = motor_utilization(log.torques, self._torque_limits)
-        velocity_used = motor_utilization(log.states[:, n_q : n_q + N_ARM], self._speed_limits)
+        v = log.states[:, n_q : n_q + N_ARM]
+        # A torque was held from the sample before on, at whose speed the motors had their limits.
+        limits = self._torque_limits.at(np.vstack([v[:1], v[:-1]]), log.torques)
+        torque_used = motor_utilization(log.torques, limits)
+        velocity_used = motor_utilization(v, self._speed_limits)
         return torque_used.max(axis=0, initial=0.0), velocity_used.max(axis=0, initial=0.0)
 
     def _landing(self, free: ContactFree) -> tuple[Crossing | None, Array]:

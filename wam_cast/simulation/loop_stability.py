@@ -9,6 +9,7 @@ import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from scipy.linalg import expm
 
+from wam_cast.arm.arm_model import arm_model
 from wam_cast.errors import InputError
 from wam_cast.robot.controller import MeasuredArm
 from wam_cast.robot.plant import N_ARM, joint_damping, make_arm_plant, starting_posture
@@ -47,12 +48,16 @@ def check_loop(robot: Scenario, belief: Scenario) -> None:
     )
 
 
-@lru_cache(maxsize=32)
 def loop_growth(robot: Scenario, belief: Scenario) -> float:
     """Return the largest rate of growth [1/s] of small errors, over the corners of the region where a cast takes the hand.
 
     Negative: all errors die out. Coulomb friction, which would hold small ones, does not count, nor saturation of large ones.
     """
+    return _loop_growth(robot, belief, arm_model(robot.arm).urdf, arm_model(belief.arm).urdf)
+
+
+@lru_cache(maxsize=32)
+def _loop_growth(robot: Scenario, belief: Scenario, *_urdfs: str) -> float:
     plant, believed = make_arm_plant(robot), MeasuredArm(make_arm_plant(belief))
     return max(_growth(robot, plant, believed, q) for q in _corner_postures(belief, believed))
 

@@ -14,6 +14,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from pydrake.systems.framework import LeafSystem
 
+from wam_cast.arm.arm_model import arm_model
 from wam_cast.cast import Cast, checked_cup
 from wam_cast.errors import InputError, checked_integer
 from wam_cast.motion.stages import Stage
@@ -199,10 +200,17 @@ class CastSimulator:
 
 @lru_cache(maxsize=4)
 def _shared_simulator(
-    scenario: Scenario, belief: Scenario | None, make_controller: Callable[[Scenario], LeafSystem]
+    scenario: Scenario,
+    belief: Scenario | None,
+    make_controller: Callable[[Scenario], LeafSystem],
+    _urdfs: tuple[str, ...],
 ) -> CastSimulator:
-    """Return the simulator of `scenario` with such a belief and controller that this process keeps."""
+    """Return the simulator of `scenario` with such a belief and controller that this process keeps, unless a URDF has changed."""
     return CastSimulator(scenario, belief, make_controller=make_controller)
+
+
+def _urdfs(scenario: Scenario, belief: Scenario | None) -> tuple[str, ...]:
+    return tuple(arm_model(one.arm).urdf for one in (scenario, believed(scenario, belief)))
 
 
 _one_at_a_time = threading.RLock()  # whoever is told of an outcome may simulate something else
@@ -242,7 +250,7 @@ def simulate_cast(
         to the cast's bearing.
     """
     with _one_at_a_time:
-        simulator = _shared_simulator(scenario, belief, make_controller or CastController)
+        simulator = _shared_simulator(scenario, belief, make_controller or CastController, _urdfs(scenario, belief))
         return simulator.simulate(cast, cup, noise_seed=noise_seed)
 
 
@@ -281,5 +289,5 @@ def simulate_casts(
         raise InputError(f"casts, cups: {len(casts)} casts for {len(cups)} cups; give each cast its cup")
     throws = [Throw(cast, cup) for cast, cup in zip(casts, cups, strict=True)]
     with _one_at_a_time:
-        simulator = _shared_simulator(scenario, belief, CastController)
+        simulator = _shared_simulator(scenario, belief, CastController, _urdfs(scenario, belief))
         return simulator.simulate_sequence(throws, noise_seed=noise_seed, on_outcome=on_outcome)

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import sys
 
 import numpy as np
 from rich.console import Console
@@ -98,6 +99,7 @@ def main() -> None:
     if covered:
         n_right = sum(abs(share - 0.95) <= 0.05 for share in covered)
         console.print(f"{n_right} of {len(covered)} within 90 to 100 %, {np.mean(covered):.1%} on average")
+        sys.exit(0 if n_right == len(covered) else 1)
 
 
 if __name__ == "__main__":

@@ -37,6 +37,7 @@ from wam_cast.planning.reach import Reach
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.outcome import Outcome
 from wam_cast.simulation.simulator import CastSimulator, simulate_cast
+from wam_cast.storage.dataset_directory import current_versions
 
 Result = dict[str, Any]
 
@@ -73,6 +74,7 @@ def main() -> None:
     with Workers(options.workers) as workers, Progress(console=Console(stderr=True), transient=True) as bar:
         for laboratory in bar.track(chosen, description="laboratories"):
             key = {"name": laboratory.name, **settings, "values": laboratory.values, "believed": laboratory.believed}
+            key |= {"versions": current_versions()}
             result = known.get(_text(key)) or tried(laboratory, **settings, workers=workers)
             results.append(result)
             bar.console.print(" | ".join(_cells(laboratory, result)))

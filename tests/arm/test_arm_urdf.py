@@ -100,6 +100,16 @@ def draw(filename):
     return change
 
 
+def shape(tag, **sizes):
+    def change(root):
+        visual = ET.SubElement(root.find("link[@name='link4']"), "visual")
+        geometry = ET.SubElement(visual, "geometry")
+        if tag:
+            ET.SubElement(geometry, tag, **sizes)
+
+    return change
+
+
 J4, L4 = f"joint[@name='{JOINTS[3]}']", "link[@name='link4']"
 
 
@@ -126,6 +136,10 @@ J4, L4 = f"joint[@name='{JOINTS[3]}']", "link[@name='link4']"
         (set_in(f"{L4}/inertial/inertia", "izz", "-1e-3"), "link 'link4' has an inertia that no body has"),
         (set_in(f"{L4}/inertial/inertia", "izz", "0.1"), "none above the sum of the others"),
         (set_in(f"{L4}/inertial/origin", "xyz", "0 0"), "link 'link4' has <origin xyz=\"0 0\"/>; give 3 finite number"),
+        (shape(""), "link 'link4': a <geometry> has 0 shapes; give it one of box"),
+        (shape("blob"), "link 'link4': a <geometry> has 0 shapes"),
+        (shape("box"), "link 'link4': <box size=None> cannot be drawn; give positive numbers"),
+        (shape("sphere", radius="-0.1"), "link 'link4': <sphere radius='-0.1'> cannot be drawn"),
         (remove_from(J4, "dynamics"), "joint 'j4_elbow_pitch' has no damping; give it <dynamics damping= friction=/>"),
         (set_in(f"{J4}/dynamics", "friction", "-1"), "joint 'j4_elbow_pitch' has the friction -1"),
         (remove_from(J4, "limit"), "joint 'j4_elbow_pitch' has limits that cannot be used: lower nan"),

@@ -283,3 +283,21 @@ def test_every_torque_of_a_recording_is_the_law_of_what_the_encoders_saw_and_the
         expected.append(saturate(commanded + 0.005 * LIMITS * torque_deviates(seed, k), LIMITS))
     # Each log entry is the torque that was held up to then.
     np.testing.assert_allclose(recording.torques[1:], expected, atol=1e-9)
+
+
+@pytest.mark.parametrize("scale", [1.0, 0.5])
+def test_torque_noise_is_a_share_of_what_the_motors_give(scale):
+    scenario = Scenario.from_dict({"noise": {"torque": 0.01}, "arm": {"torque_scale": scale}})
+    quiet = scenario.without_noise
+    given = []
+    for setting in (scenario, quiet):
+        station = CastStation(setting, has_scene=False)
+        context = station.diagram.CreateDefaultContext()
+        samples = []
+        for seed in range(200):
+            station.set_start(context, Cast(0.3, 0.6, 0.1), noise_seed=seed)
+            samples.append(station.motors.get_output_port().Eval(station.motors.GetMyContextFromRoot(context)))
+        given.append(np.array(samples))
+    limits = station.plant.GetEffortUpperLimits()
+    deviation = (given[0] - given[1])[:, [0, 3, 6]].std(axis=0)
+    np.testing.assert_allclose(deviation, 0.01 * limits[[0, 3, 6]], rtol=0.15)

@@ -15,6 +15,7 @@ from scipy.special import ellipk, j0, y0
 
 from wam_cast.robot.plant import (
     N_ARM,
+    STRING_RADIUS,
     add_ball,
     add_string,
     fill_plant,
@@ -525,3 +526,17 @@ def test_hanging_string_rests_where_it_hangs(robot):
     plant.SetVelocities(context, np.zeros(plant.num_velocities()))
     force = plant.CalcGravityGeneralizedForces(context)[N_ARM:]
     np.testing.assert_allclose(force, 0, atol=1e-12)
+
+
+def test_a_link_that_joints_on_both_sides_let_turn_about_its_axis_has_inertia():
+    # At right angles the axes of a link's two joints are its own, about which a thin rod would turn by nothing.
+    scenario = Scenario()
+    plant = MultibodyPlant(0.0)
+    fill_plant(plant, scenario)
+    context = plant.CreateDefaultContext()
+    q = np.zeros(plant.num_positions())
+    q[-3] = q[-2] = np.pi / 2  # the last link's second angle, and the first one of the knot
+    plant.SetPositions(context, q)
+    axial = scenario.string.mass / scenario.string.n_links * STRING_RADIUS**2 / 2
+    twist = np.linalg.inv(plant.CalcMassMatrix(context))[-4, -4]  # what a torque about the link's axis does
+    assert 0.9 / axial < twist < 1.1 / axial

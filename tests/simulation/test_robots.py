@@ -1,14 +1,18 @@
 """Robots that are not the reference one: other mounts, cups on stands, delays, offsets, and a belief that is not the truth."""
 
+import os
+import re
+
 import numpy as np
 import pytest
 
+from wam_cast.arm.arm_model import models_directory
 from wam_cast.cast import Cast
 from wam_cast.robot.plant import make_arm_plant, starting_posture
 from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.outcome import Status
-from wam_cast.simulation.simulator import CastSimulator
+from wam_cast.simulation.simulator import CastSimulator, simulate_cast
 
 CAST = Cast(0.3, 0.6, 0.1)
 
@@ -175,3 +179,30 @@ def test_ball_on_the_moon_swings_slower_and_lands_elsewhere():
     assert moon.status is not Status.DIVERGED
     station = CastStation(Scenario(gravity=1.62), has_scene=False)
     np.testing.assert_array_equal(station.plant.gravity_field().gravity_vector(), [0, 0, -1.62])
+
+
+def test_a_motor_that_its_speed_weakens_counts_as_a_limit_met():
+    # The motors of a heavy arm are cut off by the knee, well below their peak torque.
+    changes = {"arm": {"mass_scale": 2.0}}
+    strong = CastSimulator(Scenario.from_dict(changes)).simulate(Cast(0.35, 0.8, 0.0))
+    weak = CastSimulator(Scenario.from_dict({"arm": changes["arm"] | {"knee_speed": 0.05}}))
+    outcome = weak.simulate(Cast(0.35, 0.8, 0.0))
+    assert (strong.status, outcome.status) == (Status.LANDED, Status.LIMIT_HIT)
+    assert all("torque" in limit for limit in outcome.limits_hit)
+    assert np.max(strong.peak_torque_utilization) < 0.9
+    assert np.max(outcome.peak_torque_utilization) == pytest.approx(1.0, abs=1e-9)
+
+
+def test_an_arm_whose_file_changed_is_simulated_as_it_is_now(tmp_path):
+    urdf = tmp_path / "arm.urdf"
+    text = (models_directory() / "wam7.urdf").read_text().replace("package://", "file:///")
+    text = re.sub(r"<visual.*?</visual>", "", text, flags=re.DOTALL)
+    urdf.write_text(text)
+    scenario = Scenario.from_dict({"arm": {"urdf": str(urdf)}})
+    before = simulate_cast(scenario, CAST).landing_along
+    heavier = re.sub(r'<mass value="([^"]*)"', lambda found: f'<mass value="{3 * float(found[1])}"', text)
+    urdf.write_text(heavier)
+    os.utime(urdf, ns=(1, 1))
+    after = simulate_cast(scenario, CAST).landing_along
+    assert abs(after - before) > 1e-4
+    assert after == CastSimulator(scenario).simulate(CAST).landing_along

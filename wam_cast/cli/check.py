@@ -53,7 +53,7 @@ def print_preview(preview: Preview, n_training_casts: int, picture: Path | None)
         ("of them good for a cup", str(record["n_good"])),
         ("peak torque utilization", torque),
         ("peak velocity utilization", velocity),
-        ("integration step [ms]", f"{1e3 * preview.step:.3g}"),
+        ("integration step, about [ms]", f"{1e3 * preview.step:.3g}"),
         ("processor time of a cast [s]", f"{preview.cast_time:.2f}"),
         (
             f"`wam-cast generate`, {n_training_casts} casts on {record['n_processors']} processors",

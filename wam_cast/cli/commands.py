@@ -95,12 +95,14 @@ def throw(
     files = ThrowFiles(replay, picture, animation)
     files.check(len(cups))
     plans: Sequence[wc.Plan | None] = [None] * len(cups)
+    robot = None if belief is None else model_choice.load_scenario(scenario)
     if cast:
         if model is not None or train or solver is not None:
             raise InputError(
                 "--cast is executed as given: leave --model, --train and --solver out, which serve to plan one"
             )
-        setting, throws = model_choice.load_scenario(belief or scenario), given_throws(cast, cups)
+        setting = model_choice.load_scenario(belief or scenario)
+        throws = given_throws(setting, cast, cups)
     else:
         setting, forward = model_choice.scenario_and_model(belief or scenario, model, train)
         made = make_plans(forward, cups, planner, solver)
@@ -113,8 +115,7 @@ def throw(
                 outcomes.append(outcome)
                 advance(len(outcomes))
 
-            robot = setting if belief is None else model_choice.load_scenario(scenario)
-            execute(robot, setting, throws, plans, seed, files, note)
+            execute(robot or setting, setting, throws, plans, seed, files, note)
     finally:
         # What was finished is told even if the rest is interrupted.
         executed = [Executed(*one) for one in zip(throws, plans, outcomes, strict=False)]

@@ -30,26 +30,35 @@ def print_json(record: Record | Sequence[Record]) -> None:
     print(json.dumps(finite, indent=2), flush=True)
 
 
+PLANNED = (
+    "predicted_landing",
+    "predicted_miss",
+    "predicted_std",
+    "predicted_entry_angle",
+    "predicted_entry_speed",
+    "predicted_slack",
+    "predicted_peak_torque_utilization",
+    "predicted_peak_velocity_utilization",
+    "rim_clear_probability",
+    "is_feasible",
+)
+"""Attributes of a plan that JSON has under the same name."""
+
+PLAN_KEYS = ("cup", "cast", *PLANNED, "planner", "n_evaluations", "n_solutions", "reason")
+
+
 def plan_record(plan: wc.Plan) -> Record:
     """Return what `plan --json` prints of a plan."""
-    return {
-        "cup": plan.cup,
-        "cast": asdict(plan.cast),
-        "predicted_landing": plan.predicted_landing.tolist(),
-        "predicted_miss": plan.predicted_miss,
-        "predicted_std": plan.predicted_std,
-        "predicted_entry_angle": plan.predicted_entry_angle,
-        "predicted_entry_speed": plan.predicted_entry_speed,
-        "predicted_slack": plan.predicted_slack,
-        "predicted_peak_torque_utilization": plan.predicted_peak_torque_utilization,
-        "predicted_peak_velocity_utilization": plan.predicted_peak_velocity_utilization,
-        "rim_clear_probability": plan.rim_clear_probability,
-        "is_feasible": plan.is_feasible,
-        "planner": plan.method,
-        "n_evaluations": plan.n_evaluations,
-        "n_solutions": plan.n_solutions,
-        "reason": plan.reason,
-    }
+    values = (
+        plan.cup,
+        asdict(plan.cast),
+        *(getattr(plan, name) for name in PLANNED),
+        plan.method,
+        plan.n_evaluations,
+        plan.n_solutions,
+        plan.reason,
+    )
+    return dict(zip(PLAN_KEYS, values, strict=True)) | {"predicted_landing": plan.predicted_landing.tolist()}
 
 
 class Executed(NamedTuple):
@@ -61,10 +70,14 @@ class Executed(NamedTuple):
 
 
 def throw_record(executed: Executed) -> Record:
-    """Return what `throw --json` prints of a cast: what was planned, if it was, and what became of it."""
+    """Return what `throw --json` prints of a cast: what was planned, null if nothing was, and what became of it."""
     throw, plan, outcome = executed
     return {
-        **({"cup": throw.cup, "cast": asdict(throw.cast)} if plan is None else plan_record(plan)),
+        **(
+            dict.fromkeys(PLAN_KEYS) | {"cup": throw.cup, "cast": asdict(throw.cast)}
+            if plan is None
+            else plan_record(plan)
+        ),
         "landing": outcome.landing.tolist(),
         "miss": outcome.miss,
         "status": outcome.status.value,

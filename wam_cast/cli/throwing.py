@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import wam_cast as wc
+from wam_cast.cast import is_allowed
 from wam_cast.cli import options
 from wam_cast.cli.options import parse_cast
 from wam_cast.cli.output_files import ThrowFiles
@@ -25,11 +26,19 @@ def make_plans(
     return plans
 
 
-def given_throws(casts: list[str], cups: list[Position]) -> list[wc.Throw]:
+def given_throws(scenario: wc.Scenario, casts: list[str], cups: list[Position]) -> list[wc.Throw]:
     """Return the casts that `--cast` gives, each with its cup. Raises `.InputError`."""
     if len(casts) != len(cups):
         raise InputError(f"--cast: {len(casts)} for {len(cups)} cups; give as many --cast as --cup, in the same order")
-    return [wc.Throw(parse_cast(text, cup), cup) for text, cup in zip(casts, cups, strict=True)]
+    throws = [wc.Throw(parse_cast(text, cup), cup) for text, cup in zip(casts, cups, strict=True)]
+    for text, throw in zip(casts, throws, strict=True):
+        if not is_allowed(scenario, throw.cast.to_array()):
+            bounds = ", ".join(f"{name} {low:g} to {high:g}" for name, (low, high) in scenario.bounds)
+            raise InputError(
+                f"--cast {text!r} is beyond the scenario's bounds ({bounds}; a move of {scenario.motion.min_move_duration:g} s at "
+                "least); choose another, or widen the scenario's"
+            )
+    return throws
 
 
 def execute(

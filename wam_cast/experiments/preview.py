@@ -140,7 +140,7 @@ def preview_scenario(scenario: Scenario, n_casts: int = N_CASTS, *, ends_early: 
     InputError
         If `n_casts` is no integer from 1 on, or the scenario cannot be simulated at all.
     """
-    n_casts = checked_integer("n_casts", n_casts, 1)
+    n_casts = checked_integer("n_casts", n_casts, 2)
     simulator = CastSimulator(scenario)
     rows: list[Record] = []
     outcomes: list[Outcome] = []

@@ -272,9 +272,9 @@ def starting_posture(arm_plant: MultibodyPlant, scenario: Scenario, bearing: flo
     cosine = (distance**2 - upper_length**2 - fore_length**2) / (2 * upper_length * fore_length)
     if not -1 <= cosine <= 1:
         raise InputError(
-            f"motion.start_radius = {motion.start_radius:g} m, motion.start_height = {motion.start_height:g} m: the hand "
-            f"would be {distance:.3f} m from the shoulder, the arm allows {abs(upper_length - fore_length):.3f} to "
-            f"{upper_length + fore_length:.3f} m"
+            f"motion.start_radius = {motion.start_radius:g} m, motion.start_height = {motion.start_height:g} m: the hand would be "
+            f"{distance:.3f} m from the shoulder, which is {arm.shoulder_height:.3f} m high (arm.mount_height); the arm allows "
+            f"{abs(upper_length - fore_length):.3f} to {upper_length + fore_length:.3f} m"
         )
     q4 = _pitch(upper) - _pitch(fore) + np.arccos(cosine)
     turned_fore = np.array([[np.cos(q4), np.sin(q4)], [-np.sin(q4), np.cos(q4)]]) @ fore
@@ -287,8 +287,8 @@ def starting_posture(arm_plant: MultibodyPlant, scenario: Scenario, bearing: flo
         if needed > longest:
             raise InputError(
                 f"bounds.distance = {list(scenario.bounds.distance)}: at its longest move the hand would be {needed:.3f} m from "
-                f"the shoulder at a height of {height:g} m, the arm allows {longest:.3f} m; lower the second number, or "
-                "motion.start_radius or motion.drop_distance"
+                f"the shoulder at a height of {height:g} m, the arm allows {longest:.3f} m; lower the second number, "
+                "motion.start_radius or motion.drop_distance, or change arm.mount_height"
             )
     lowest, highest = arm.bearing_limits
     if not lowest <= bearing <= highest:

@@ -5,7 +5,7 @@ import pytest
 SCENARIOS = {
     "unknown_key.yaml": ("string: {lenght: 0.5}", ["string.lenght", "unknown key", "length, n_links"]),
     "unknown_part.yaml": ("strng: {}", ["strng", "unknown key", "arm, string"]),
-    "negative_mass.yaml": ("ball: {mass: -0.03}", ["ball.mass", "-0.03", "greater than 0"]),
+    "negative_mass.yaml": ("ball: {mass: -0.03}", ["ball.mass", "-0.03", "greater than or equal to 0.0005"]),
     "long_string.yaml": ("string: {length: 2.0}", ["string.length = 2 m", "allow less than", "start_height"]),
     "empty_bounds.yaml": ("bounds: {wait: [0.3, 0.1]}", ["bounds.wait = [0.3, 0.1]", "below the second"]),
     "negative_noise.yaml": ("noise: {distance: -0.003}", ["noise.distance", "-0.003", "or equal to 0"]),

@@ -173,7 +173,7 @@ def test_a_given_cast_is_executed_without_a_model(cli, monkeypatch):
     )
     assert one["cast"] == {"distance": 0.3, "speed": 0.6, "wait": 0.1, "bearing": 0.0}
     assert other["cast"]["bearing"] == pytest.approx(math.radians(30))
-    assert "predicted_landing" not in one
+    assert one["predicted_landing"] is one["is_feasible"] is None
     assert one["landing"] == list(wc.simulate_cast(wc.Scenario(), wc.Cast(0.3, 0.6, 0.1), (0.75, 0.0)).landing)
     table = cli("throw", "--cup", "0.5,0.5", "--cast", "0.3,0.6,0.1")
     assert table.code == 1
@@ -184,6 +184,8 @@ def test_a_given_cast_is_executed_without_a_model(cli, monkeypatch):
     ("words", "message"),
     [
         (("--cast", "0.3,0.6"), "--cast '0.3,0.6' is no cast: give distance [m]"),
+        (("--cast", "5,0.6,0.1"), "--cast '5,0.6,0.1' is beyond the scenario's bounds (distance 0.05 to 0.4, speed"),
+        (("--cast", "0.3,0.6,1e8"), "is beyond the scenario's bounds"),
         (("--cast", "0.3,0.6,0.1,0,5"), "is no cast"),
         (
             ("--cast", "0.3,-0.6,0.1"),
@@ -436,7 +438,11 @@ def test_a_second_run_adds_to_a_dataset_and_replaces_a_model(cli, folder):
         assert cli("fit", "d", "--out", "a.model").code == 0
         assert len(wc.CastDataset.load("d")) == n_casts
     assert wc.ForwardModel.load("a.model").info.n_train == 68
-    assert [name for name in names(folder) if "part" not in name] == ["a.model", "d/manifest.json", "d/scenario.yaml"]
+    assert [name for name in names(folder) if "part" not in name and ".lock" not in name] == [
+        "a.model",
+        "d/manifest.json",
+        "d/scenario.yaml",
+    ]
 
 
 # --- a scenario's own model

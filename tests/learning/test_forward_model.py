@@ -2,12 +2,14 @@
 
 import json
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from wam_cast.arm.arm_model import models_directory
 from wam_cast.cast import PARAMETERS, cast_bounds
 from wam_cast.errors import InputError
 from wam_cast.learning.dataset import CastDataset
@@ -446,3 +448,30 @@ def test_an_unwritable_output_leaves_nothing_behind(model, file, name):
     assert "\n" not in str(caught.value)
     assert [path.name for path in file.parent.iterdir()] == ["a.model"]
     assert file.read_bytes() == before
+
+
+def test_a_model_of_ones_own_arm_serves_it_wherever_its_file_is_now(tmp_path):
+    text = re.sub(r"<visual.*?</visual>", "", (models_directory() / "wam7.urdf").read_text(), flags=re.DOTALL)
+    folders = [tmp_path / name for name in ("old", "new", "other")]
+    for folder in folders:
+        folder.mkdir()
+        (folder / "arm.urdf").write_text(text)
+    (folders[2] / "arm.urdf").write_text(re.sub(r'<mass value="', '<mass value="1', text, count=1))
+    old, new, other = (Scenario.from_dict({"arm": {"urdf": str(folder / "arm.urdf")}}) for folder in folders)
+    model = ForwardModel.fit(synthetic(60, old))
+    model.save(tmp_path / "a.model")
+    (folders[0] / "arm.urdf").unlink()
+    assert "no such file" in refused(tmp_path / "a.model")
+    moved = ForwardModel.load(tmp_path / "a.model", new)
+    np.testing.assert_array_equal(predictions(moved), predictions(model))
+    assert "another model of the arm" in refused(tmp_path / "a.model", other)
+
+
+@pytest.mark.parametrize(
+    "changes", [{"sigma": [0.5, 0.5]}, {"sigma": "a"}, {"sigma": -1}, {"regularization": -1}], ids=str
+)
+def test_hyperparameters_that_cannot_be_are_one_line(changes):
+    (name,) = changes
+    with pytest.raises(InputError, match=f"estimator: {name}=.* is not allowed") as error:
+        ForwardModel.fit(synthetic(60), estimator=KernelRidge(**changes))
+    assert "\n" not in str(error.value)

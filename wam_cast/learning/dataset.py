@@ -85,7 +85,12 @@ class CastDataset:
         manifest = store.read_manifest()
         remedy = "generate a dataset for this scenario"
         if scenario is None:
-            scenario = Scenario.from_yaml(store.scenario_path)
+            try:
+                scenario = Scenario.from_yaml(store.scenario_path)
+            except InputError as error:
+                raise InputError(
+                    f"dataset {directory}: {error}; or name the scenario as it is now (--scenario)"
+                ) from None
             remedy = "its scenario.yaml or the arm's model changed since; restore it, or generate the dataset again"
         if scenario.fingerprint != manifest.fingerprint:
             raise InputError(

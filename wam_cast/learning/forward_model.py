@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from wam_cast.cast import cast_bounds
+from wam_cast.cast import PARAMETERS, cast_bounds
 from wam_cast.controller_names import DEFAULT_CONTROLLER
 from wam_cast.deprecation import renamed
 from wam_cast.errors import InputError
 from wam_cast.learning.any_regressor import AnyRegressor, Regressor
 from wam_cast.learning.hyperparameters import TuningResult, tune_by_lbfgs
+from wam_cast.learning.kernel_parameters import checked_regularization, checked_sigma
 from wam_cast.learning.kernel_ridge import KernelRidge
 from wam_cast.learning.losses import LeaveOneOutLoss
 from wam_cast.learning.model_file import Fit, StoredModel, read_model, write_model
@@ -126,7 +127,11 @@ class ForwardModel:
         cls, data: CastDataset, parts: Parts, sigma: ArrayLike, regularization: float, *, opens_test: bool
     ) -> Self:
         train, validation = parts.train, parts.validation
-        distance, speed, wait = (float(one) for one in np.broadcast_to(np.squeeze(sigma), 3))
+        try:
+            distance, speed, wait = (float(one) for one in checked_sigma(np.squeeze(sigma), len(PARAMETERS)))
+            regularization = checked_regularization(regularization)
+        except ValueError as error:
+            raise InputError(f"estimator: {error}") from None
         estimator = _estimator(data.scenario, (distance, speed, wait), regularization)
         with one_thread():  # as when it is loaded, to the last digit
             estimator.fit(train.X, train.y)
@@ -229,7 +234,7 @@ class ForwardModel:
         InputError
             If the file cannot be read, is not a model, or was made for casts that differ from the scenario's or the controller's.
         """
-        stored = read_model(path)
+        stored = read_model(path, None if scenario is None else scenario.arm.urdf)
         estimator = _estimator(stored.scenario, stored.info.sigma, stored.info.regularization)
         with one_thread():
             estimator.fit(stored.training_casts, stored.training_outputs)

@@ -90,8 +90,8 @@ def write_model(path: str | Path, model: StoredModel) -> None:
     write_file(path, content.getvalue())
 
 
-def read_model(path: str | Path) -> StoredModel:
-    """Read a model that `write_model` wrote.
+def read_model(path: str | Path, arm_file: str | None = None) -> StoredModel:
+    """Read a model that `write_model` wrote; `arm_file` is where its arm's URDF is now, by default where it was.
 
     Raises
     ------
@@ -116,6 +116,8 @@ def read_model(path: str | Path) -> StoredModel:
         )
     try:
         values, fingerprint = header["scenario"], str(header["fingerprint"])
+        if arm_file is not None:
+            values["arm"]["urdf"] = arm_file
         info = Fit(**header["info"] | {"sigma": tuple(float(sigma) for sigma in header["info"]["sigma"])})
         uncertainty = ErrorFit(**header["uncertainty"] | {"sigma": tuple(header["uncertainty"]["sigma"])})
         controller = str(header["controller"])

@@ -128,3 +128,15 @@ def test_words_of_a_cast_are_short_and_have_units():
     cast = Cast(0.2229401655761124, 0.48, 0.482, bearing=-1e-5)
     assert str(cast) == "distance 0.223 m, speed 0.480 m/s, wait 0.482 s, bearing 0.0°"
     assert eval(repr(cast)) == cast
+
+
+@pytest.mark.parametrize("cup", [(1e308, 0), (0, -101.0)])
+def test_a_cup_that_is_nowhere_near_is_refused(cup):
+    with pytest.raises(InputError, match="must be within 100 m of the robot"):
+        checked_cup(cup)
+
+
+@pytest.mark.parametrize("cast", [(0.3, 0.6, 1e8), (0.3, 1e-6, 0.1)])
+def test_a_cast_that_takes_minutes_is_refused(cast):
+    with pytest.raises(InputError, match=r"longer than 300 s; choose a higher speed or a shorter wait"):
+        Cast(*cast)

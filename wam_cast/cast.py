@@ -15,6 +15,12 @@ from wam_cast.types import Array, Position
 PARAMETERS = ("distance", "speed", "wait")
 """The parameters that the forward model learns, in the order of every array of casts."""
 
+FARTHEST_CUP = 100.0
+"""Along either axis of the world [m]; no arm reaches a tenth of it."""
+
+LONGEST_CAST = 300.0
+"""Of move and wait [s]."""
+
 LANDS_BEYOND = 0.18
 """How far beyond the hand the ball of the default cast comes down, as a share of the string's length."""
 
@@ -37,7 +43,7 @@ class Cast:
     Raises
     ------
     InputError
-        If a value is not finite, distance or speed not positive, or wait negative.
+        If a value is not finite, distance or speed not positive, wait negative, or the cast takes minutes.
     """
 
     distance: float
@@ -53,6 +59,11 @@ class Cast:
             raise InputError(
                 f"cast: distance = {self.distance:g} m and speed = {self.speed:g} m/s must be positive, "
                 f"wait = {self.wait:g} s not negative"
+            )
+        if self.move_duration + self.wait > LONGEST_CAST:
+            raise InputError(
+                f"cast: move and wait of {self.move_duration:g} and {self.wait:g} s are longer than {LONGEST_CAST:g} s; choose a "
+                "higher speed or a shorter wait"
             )
 
     def __str__(self) -> str:
@@ -123,4 +134,8 @@ def checked_cup(cup: tuple[float, float]) -> tuple[float, float]:
         raise InputError(f"cup = {given} must be the pair (x, y) of its axis in metres") from None
     if not (math.isfinite(x) and math.isfinite(y)):
         raise InputError(f"cup = ({x}, {y}) must be finite: world x and y of its axis in metres")
+    if max(abs(x), abs(y)) > FARTHEST_CUP:
+        raise InputError(
+            f"cup = ({x:g}, {y:g}) must be within {FARTHEST_CUP:g} m of the robot: world x and y of its axis in metres"
+        )
     return x, y

@@ -24,8 +24,15 @@ def read_yaml(path: str | Path) -> Any:
         return yaml.load(read_text(path), _UniqueKeyLoader)
     except OSError as error:
         raise InputError(f"{error.strerror}; name a readable YAML file") from None
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        what, *_ = str(error).splitlines()
+    except RecursionError:
+        raise InputError("not a YAML file of any use (its values are nested too deeply)") from None
+    except (
+        yaml.YAMLError,
+        ValueError,
+        LookupError,
+    ) as error:  # of values that look like dates or numbers, or of their tags
+        what, *_ = str(error).splitlines() or [type(error).__name__]
+        what = what[:200]
         if isinstance(error, yaml.MarkedYAMLError) and error.problem_mark is not None:
             mark = error.problem_mark
             what = f"line {mark.line + 1}, column {mark.column + 1}: {error.problem}"

@@ -181,3 +181,8 @@ def test_a_planner_of_ones_own_is_told_by_its_name(floor_without_physics, monkey
     monkeypatch.setattr(module, "plan_cast", plan_cast)
     floor = map_floor(model, MapSize(2, 2, 1), method=first_in_memory)
     assert json.loads(json.dumps(floor.record()))["planner"] == "first_in_memory"
+
+
+def test_a_map_that_would_take_days_is_refused():
+    with pytest.raises(InputError, match="= 9000000 casts would take days; choose 100000 at most"):
+        MapSize(1_000_000, 9)

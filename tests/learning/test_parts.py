@@ -74,3 +74,9 @@ def test_clean_casts_kept_the_limits_and_landed_with_a_slack_string():
     for part, others in ((parts.train, [3, 5]), (parts.validation, [1]), (parts.open_test(), [])):
         assert part.is_clean.dtype == bool
         np.testing.assert_array_equal(np.flatnonzero(~part.is_clean), others)
+
+
+def test_a_frame_without_a_column_is_one_line():
+    frame = pd.DataFrame({name: np.zeros(40) for name in (*PARAMETERS, "landing_along")})
+    with pytest.raises(InputError, match=r"its frame has no column landing_across, entry_angle, .*status, is_slack"):
+        split_casts(CastDataset(Scenario(), 0, frame))

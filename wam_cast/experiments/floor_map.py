@@ -15,7 +15,7 @@ from functools import cached_property, partial
 import numpy as np
 import pandas as pd
 
-from wam_cast.errors import checked_integer
+from wam_cast.errors import InputError, checked_integer
 from wam_cast.experiments.frames import Record, records, to_plain
 from wam_cast.experiments.trials import Trial, execute, hits
 from wam_cast.parallel.seeds import Purpose, derived_seed
@@ -26,6 +26,9 @@ from wam_cast.planning.reach import Reach
 from wam_cast.planning.solution import Planner, Solver
 
 OnProgress = Callable[[str, int, int], None]
+
+MOST_CASTS = 100_000
+"""Of a map."""
 """Takes what is being done, how much of it is done, and how much there is."""
 
 
@@ -38,7 +41,7 @@ class MapSize:
     Raises
     ------
     InputError
-        If they are no integers, or less than 2, 2 and 1.
+        If they are no integers, less than 2, 2 and 1, or together more than 100,000 casts.
     """
 
     n_radii: int = 12
@@ -49,6 +52,9 @@ class MapSize:
         checked_integer("n_radii", self.n_radii, 2)
         checked_integer("n_bearings", self.n_bearings, 2)
         checked_integer("n_casts", self.n_casts, 1)
+        n = self.n_radii * self.n_bearings * self.n_casts
+        if n > MOST_CASTS:
+            raise InputError(f"n_radii x n_bearings x n_casts = {n} casts would take days; choose {MOST_CASTS} at most")
 
 
 @dataclass(frozen=True, eq=False)

@@ -71,8 +71,13 @@ def split_casts(data: CastDataset) -> Parts:
     Raises
     ------
     InputError
-        If the dataset has fewer than 34 casts, or fewer than 2 casts of a part came down to the rim plane.
+        If the dataset lacks a column or has fewer than 34 casts, or fewer than 2 casts of a part came down to the rim plane.
     """
+    missing = [name for name in (*PARAMETERS, *OUTPUTS, "status", "is_slack") if name not in data.frame]
+    if missing:
+        raise InputError(
+            f"dataset: its frame has no column {', '.join(missing)}; give it what `.CastDataset.frame` lists"
+        )
     train, validation, test = (_usable(data, rows) for rows in data.split())
     for name, part in (("training", train), ("validation", validation), ("test", test)):
         if len(part.X) < 2:

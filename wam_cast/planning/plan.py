@@ -29,7 +29,7 @@ KNOWN_DEVIATIONS = 2.0
 the errors are smaller. A ball may touch the rim and fall in all the same, one that lands beyond it does not."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Plan:
     """A cast for a cup, before it is executed.
 

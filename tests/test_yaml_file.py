@@ -1,0 +1,51 @@
+"""Text that is no scenario: each is one typed line, whatever YAML's reader makes of it."""
+
+import pytest
+
+from wam_cast.errors import InputError
+from wam_cast.scenario import Scenario
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "ball: {mass: 2026-13-01}",
+        "ball: {mass: 0x_}",
+        "ball: {mass: !!bool maybe}",
+        f"ball: {{mass: {'9' * 5000}}}",
+        "[" * 5000,
+        "ball: {mass: 1\u0000}",
+        "ball: &a {mass: 1}\nstring: *b",
+    ],
+    ids=[
+        "a day of month 13",
+        "no digits",
+        "no truth value",
+        "5,000 digits",
+        "nested",
+        "a null character",
+        "no such alias",
+    ],
+)
+def test_what_is_no_scenario_is_one_short_line(tmp_path, text):
+    path = tmp_path / "my.yaml"
+    path.write_text(text)
+    with pytest.raises(InputError) as error:
+        Scenario.from_yaml(path)
+    line = str(error.value)
+    assert line.startswith(f"scenario {path}: ")
+    assert "\n" not in line
+    assert len(line) < 600
+
+
+@pytest.mark.parametrize("path", ["/dev/zero", "/dev/null"])
+def test_a_device_is_no_file(path):
+    with pytest.raises(InputError, match="not a regular file; name a readable YAML file"):
+        Scenario.from_yaml(path)
+
+
+def test_a_file_larger_than_any_scenario_is_not_read(tmp_path):
+    path = tmp_path / "my.yaml"
+    path.write_text("# " + "x" * 2_000_000)
+    with pytest.raises(InputError, match="larger than 1000000 bytes"):
+        Scenario.from_yaml(path)

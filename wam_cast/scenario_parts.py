@@ -144,7 +144,7 @@ class String(Part):
     n_links: Annotated[int, Field(ge=1, le=40)] = 10
     mass: Annotated[float, _within(1e-5, 1)] = 0.003
     bending_damping: Annotated[float, _within(0, 1e-2)] = 8e-7
-    bending_stiffness: Annotated[float, _within(0, 0.1)] = 0.0
+    bending_stiffness: Annotated[float, _within(0, 100)] = 0.0
     hook_damping: Annotated[float, _within(0, 0.1)] = 1e-4
     knot_damping: Annotated[float, _within(0, 0.1)] = 1e-5
 

@@ -47,7 +47,7 @@ def test_the_other_arms_are_longer_by_what_they_say():
 
 
 def test_what_was_done_is_read_again(tmp_path, monkeypatch, capsys):
-    laboratory = Laboratory("one", "special | words", {"string": {"length": 9.0}})
+    laboratory = Laboratory("one", "special | words", {"string": {"length": 4.0}})
     monkeypatch.setattr(laboratories, "LABORATORIES", (laboratory,))
     out = tmp_path / "results.jsonl"
     monkeypatch.setattr("sys.argv", ["laboratories.py", "--workers", "1", "--out", str(out)])
@@ -57,7 +57,7 @@ def test_what_was_done_is_read_again(tmp_path, monkeypatch, capsys):
         assert ended.value.code == 0
         table = capsys.readouterr().out.splitlines()
         assert len(table) == 3
-        assert table[2].startswith("| one | special / words | refused: string.length = 9 m is too long")
+        assert table[2].startswith("| one | special / words | refused: string.length = 4 m is too long")
         monkeypatch.setattr(laboratories, "tried", None)
     assert len(out.read_text().splitlines()) == 1
     out.write_text(out.read_text() + json.dumps({"key": {}})[:5])  # what an interrupted run leaves
@@ -98,5 +98,5 @@ def test_random_files_are_reproducible_and_of_every_kind(tmp_path):
 
 
 def test_what_a_line_is_about_comes_before_its_number():
-    result = random_scenarios.Result("refused", "string.length = 9 m is too long")
+    result = random_scenarios.Result("refused", "string.length = 4 m is too long")
     assert random_scenarios._first_words(result) == "string.length"

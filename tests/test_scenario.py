@@ -88,6 +88,10 @@ REFUSED = [
     ({"string": {"lenght": 0.5}}, ["string.lenght", "unknown", "length, n_links"]),
     ({"strng": {}}, ["strng", "unknown", "string, ball"]),
     ({"ball": {"mass": -0.03}}, ["ball.mass", "-0.03", "greater than or equal to 0.0005"]),
+    (
+        {"cup": {"base_height": 0.05, "base_radius": 0.01}},
+        ["cup.base_radius = 0.01 m", "outer radius 0.0345 m", "as much"],
+    ),
     ({"ball": {"mass": 0}}, ["ball.mass", "greater than or equal to 0.0005"]),
     ({"ball": {"mass": float("nan")}}, ["ball.mass", "finite", "nan"]),
     ({"ball": {"mass": float("inf")}}, ["ball.mass", "finite", "inf"]),

@@ -1,4 +1,7 @@
-"""The parts of a scenario: groups of values, each with its unit, its default and what is allowed."""
+"""The parts of a scenario: groups of values, each with its unit, its default and what is allowed.
+
+Beyond its range a number is no laboratory's, and of no simulation that ends.
+"""
 
 from __future__ import annotations
 
@@ -7,19 +10,13 @@ from typing import Annotated, Any, Literal, Self, TypeAlias
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-
-def _within(least: float, most: float) -> Any:
-    """Return what a field of numbers of a range is annotated with: beyond it is no laboratory, and no simulation that ends."""
-    return Field(ge=least, le=most)
-
-
-Stiffness = Annotated[float, _within(0, 1e4)]
+Stiffness = Annotated[float, Field(ge=0, le=1e4)]
 Stiffnesses = tuple[Stiffness, Stiffness, Stiffness, Stiffness, Stiffness, Stiffness, Stiffness]
-Factor = Annotated[float, _within(0.05, 20)]
-Duration = Annotated[float, _within(0.01, 60)]
-Distance = Annotated[float, _within(0.001, 5)]
-Speed = Annotated[float, _within(0.001, 20)]
-Wait = Annotated[float, _within(0, 60)]
+Factor = Annotated[float, Field(ge=0.05, le=20)]
+Duration = Annotated[float, Field(ge=0.01, le=60)]
+Distance = Annotated[float, Field(ge=0.001, le=5)]
+Speed = Annotated[float, Field(ge=0.001, le=20)]
+Wait = Annotated[float, Field(ge=0, le=60)]
 
 
 def _for_each_joint(value: Any) -> Any:
@@ -32,7 +29,7 @@ Scale: TypeAlias = Annotated[
 ]
 """Factors of the joints 1 to 7, or one for all."""
 
-Multiple = Annotated[float, _within(0, 20)]
+Multiple = Annotated[float, Field(ge=0, le=20)]
 Multiples: TypeAlias = Annotated[
     tuple[Multiple, Multiple, Multiple, Multiple, Multiple, Multiple, Multiple], BeforeValidator(_for_each_joint)
 ]
@@ -105,7 +102,7 @@ class Arm(Part):
     hand_frame: str = "tool_plate"
     joints: tuple[str, str, str, str, str, str, str] | None = None
     mount: Literal["ceiling", "floor", "wall"] = "ceiling"
-    mount_height: Annotated[float, _within(0, 10)] = 1.346
+    mount_height: Annotated[float, Field(ge=0, le=10)] = 1.346
     wrist_pitch: Annotated[float, Field(ge=-1.6, le=1.6)] = -0.6
     coulomb_friction: Shares = (0.0,) * 7
     viscous_friction_scale: Multiples = UNSCALED
@@ -140,13 +137,13 @@ class String(Part):
         Of the joint between string and ball, at the ball's surface [N m s].
     """
 
-    length: Annotated[float, _within(0.1, 5)] = 0.60
+    length: Annotated[float, Field(ge=0.1, le=5)] = 0.60
     n_links: Annotated[int, Field(ge=1, le=40)] = 10
-    mass: Annotated[float, _within(1e-5, 1)] = 0.003
-    bending_damping: Annotated[float, _within(0, 1e-2)] = 8e-7
-    bending_stiffness: Annotated[float, _within(0, 100)] = 0.0
-    hook_damping: Annotated[float, _within(0, 0.1)] = 1e-4
-    knot_damping: Annotated[float, _within(0, 0.1)] = 1e-5
+    mass: Annotated[float, Field(ge=1e-5, le=1)] = 0.003
+    bending_damping: Annotated[float, Field(ge=0, le=1e-2)] = 8e-7
+    bending_stiffness: Annotated[float, Field(ge=0, le=100)] = 0.0
+    hook_damping: Annotated[float, Field(ge=0, le=0.1)] = 1e-4
+    knot_damping: Annotated[float, Field(ge=0, le=0.1)] = 1e-5
 
     def link_length(self, ball: Ball) -> float:
         """Return the length of a link [m], with the `ball` at the string's end."""
@@ -164,8 +161,8 @@ class Ball(Part):
         Its moment of inertia over mass times radius squared: 0.4 for a solid sphere, 0.667 for a thin shell as of a tennis ball.
     """
 
-    mass: Annotated[float, _within(5e-4, 5)] = 0.030
-    radius: Annotated[float, _within(1e-4, 0.2)] = 0.020
+    mass: Annotated[float, Field(ge=5e-4, le=5)] = 0.030
+    radius: Annotated[float, Field(ge=1e-4, le=0.2)] = 0.020
     inertia_factor: Annotated[float, Field(gt=0, le=2 / 3 + 1e-3)] = 0.4
 
 
@@ -193,16 +190,16 @@ class Cup(Part):
         Coulomb friction coefficient between ball and cup or floor.
     """
 
-    rim_height: Annotated[float, _within(0.005, 5)] = 0.12
-    base_height: Annotated[float, _within(0, 5)] = 0.0
-    base_radius: Annotated[float, _within(0.005, 5)] = 0.06
+    rim_height: Annotated[float, Field(ge=0.005, le=5)] = 0.12
+    base_height: Annotated[float, Field(ge=0, le=5)] = 0.0
+    base_radius: Annotated[float, Field(ge=0.005, le=5)] = 0.06
     offset: tuple[CupOffset, CupOffset] = (0.0, 0.0)
-    inner_radius: Annotated[float, _within(0.003, 1)] = 0.030
-    wall_thickness: Annotated[float, _within(5e-4, 0.2)] = 0.0045
-    bottom_thickness: Annotated[float, _within(5e-4, 1)] = 0.006
-    stiffness: Annotated[float, _within(100, 1e6)] = 2e4
-    restitution: Annotated[float, _within(0.05, 0.95)] = 0.25
-    friction: Annotated[float, _within(0, 2)] = 0.4
+    inner_radius: Annotated[float, Field(ge=0.003, le=1)] = 0.030
+    wall_thickness: Annotated[float, Field(ge=5e-4, le=0.2)] = 0.0045
+    bottom_thickness: Annotated[float, Field(ge=5e-4, le=1)] = 0.006
+    stiffness: Annotated[float, Field(ge=100, le=1e6)] = 2e4
+    restitution: Annotated[float, Field(ge=0.05, le=0.95)] = 0.25
+    friction: Annotated[float, Field(ge=0, le=2)] = 0.4
 
     @property
     def outer_radius(self) -> float:
@@ -235,11 +232,11 @@ class Controller(Part):
         Periods from a sample to the torque that answers it.
     """
 
-    kp: Annotated[float, _within(0, 1e6)] = 6000.0
-    kd: Annotated[float, _within(0, 1e5)] = 250.0
+    kp: Annotated[float, Field(ge=0, le=1e6)] = 6000.0
+    kd: Annotated[float, Field(ge=0, le=1e5)] = 250.0
     posture_stiffness: Stiffnesses = (20.0, 20.0, 20.0, 20.0, 5.0, 5.0, 0.5)
     posture_damping: Stiffnesses = (3.0, 3.0, 3.0, 3.0, 0.5, 0.5, 0.02)
-    period: Annotated[float, _within(1e-5, 0.1)] = 0.002
+    period: Annotated[float, Field(ge=1e-5, le=0.1)] = 0.002
     delay: Annotated[int, Field(ge=0, le=20)] = 0
 
 
@@ -263,11 +260,11 @@ class Motion(Part):
         wall; straight up to the starting height; and back. See `wam_cast.motion.return_path`.
     """
 
-    start_radius: Annotated[float, _within(0.01, 5)] = 0.20
-    start_height: Annotated[float, _within(0.05, 10)] = 0.80
+    start_radius: Annotated[float, Field(ge=0.01, le=5)] = 0.20
+    start_height: Annotated[float, Field(ge=0.05, le=10)] = 0.80
     turn_duration: Duration = 4.0
     min_move_duration: Duration = 0.2
-    drop_distance: Annotated[float, _within(0.001, 5)] = 0.45
+    drop_distance: Annotated[float, Field(ge=0.001, le=5)] = 0.45
     drop_duration: Duration = 0.44
     hold_duration: Duration = 1.5
     fetch_duration: Duration = 1.0
@@ -298,12 +295,12 @@ class Noise(Part):
         with rates to match, so that its phase is random.
     """
 
-    distance: Annotated[float, _within(0, 5)] = 0.0
-    speed: Annotated[float, _within(0, 5)] = 0.0
-    wait: Annotated[float, _within(0, 5)] = 0.0
-    torque: Annotated[float, _within(0, 1)] = 0.0
-    encoder_counts: Annotated[int, _within(0, 10000000)] = 0
-    swing: Annotated[float, _within(0, 1)] = 0.0
+    distance: Annotated[float, Field(ge=0, le=5)] = 0.0
+    speed: Annotated[float, Field(ge=0, le=5)] = 0.0
+    wait: Annotated[float, Field(ge=0, le=5)] = 0.0
+    torque: Annotated[float, Field(ge=0, le=1)] = 0.0
+    encoder_counts: Annotated[int, Field(ge=0, le=10000000)] = 0
+    swing: Annotated[float, Field(ge=0, le=1)] = 0.0
 
     @property
     def is_on(self) -> bool:
@@ -328,7 +325,7 @@ class Simulation(Part):
         floor.
     """
 
-    max_step: Annotated[float, _within(1e-6, 0.1)] = 0.002
+    max_step: Annotated[float, Field(ge=1e-6, le=0.1)] = 0.002
     contact_accuracy: Annotated[float, Field(gt=0, le=0.5)] = 0.1
 
 

@@ -8,7 +8,7 @@ import stat
 from pathlib import Path
 
 LARGEST = 1_000_000
-"""More bytes than any scenario, manifest or result of a phase has."""
+"""More bytes than any scenario or manifest has."""
 
 
 def read_text(path: str | Path, largest: int = LARGEST) -> str:

@@ -26,11 +26,8 @@ def read_yaml(path: str | Path) -> Any:
         raise InputError(f"{error.strerror}; name a readable YAML file") from None
     except RecursionError:
         raise InputError("not a YAML file of any use (its values are nested too deeply)") from None
-    except (
-        yaml.YAMLError,
-        ValueError,
-        LookupError,
-    ) as error:  # of values that look like dates or numbers, or of their tags
+    # ValueError and LookupError: of values that look like dates or numbers, or of their tags.
+    except (yaml.YAMLError, ValueError, LookupError) as error:
         what, *_ = str(error).splitlines() or [type(error).__name__]
         what = what[:200]
         if isinstance(error, yaml.MarkedYAMLError) and error.problem_mark is not None:

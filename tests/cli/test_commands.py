@@ -11,6 +11,7 @@ import pytest
 
 import wam_cast as wc
 from wam_cast.cli import model_choice
+from wam_cast.errors import MachineError
 from wam_cast.learning.reference import reference_model
 from wam_cast.planning.solution import SOLVERS
 from wam_cast.scenario import Noise
@@ -525,6 +526,21 @@ def test_an_interrupted_generation_says_how_to_go_on(cli, folder, monkeypatch):
     for part in ("part-00000", "part-00001", "part-00002"):
         here, there = (folder / name / "casts" / f"{part}.parquet" for name in ("a b", "whole"))
         assert here.read_bytes() == there.read_bytes()
+
+
+def test_a_generation_that_the_machine_ends_says_how_to_go_on(cli, folder, monkeypatch):
+    def fail(*_, **__):
+        raise MachineError("row 3: its process died 4 times")
+
+    monkeypatch.setattr(wc, "generate_dataset", fail)
+    result = cli("generate", "--casts", "40", "--seed", "2", "--out", "d")
+    assert (result.code, result.out) == (2, "")
+    first, last = result.err.splitlines()
+    assert (
+        first
+        == "0 of 40 casts were simulated; finished parts are kept in d. Go on with: wam-cast generate --casts 40 --seed 2 --out d"
+    )
+    assert last == "error: row 3: its process died 4 times"
 
 
 # --- show

@@ -59,7 +59,7 @@ def test_a_ball_is_clear_of_the_rim_where_the_swept_ellipse_fits(inner_radius, a
     for share in (0.0, 0.3, -0.6, 0.9):
         (width,) = clearance_across(scenario, angle, np.array([share * along]))
         at = share * along
-        assert width == pytest.approx(largest(lambda e: fits(scenario, angle, at, e)), abs=2e-6)  # noqa: B023
+        assert width == pytest.approx(largest(lambda e: fits(scenario, angle, at, e)), abs=2e-6)  # noqa: B023 - used at once
     np.testing.assert_array_equal(clearance_across(scenario, angle, np.array([1.01, -1.01]) * along), -np.inf)
 
 

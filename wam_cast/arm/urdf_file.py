@@ -18,6 +18,15 @@ ET.register_namespace("drake", "https://drake.mit.edu")  # Drake's parser goes b
 MESH_FORMATS = (".obj", ".gltf", ".vtk")
 """That Drake draws."""
 
+SHAPES = {
+    "box": ("size",),
+    "sphere": ("radius",),
+    "cylinder": ("radius", "length"),
+    "capsule": ("radius", "length"),
+    "mesh": (),
+}
+"""What can be drawn, and which numbers each shape needs."""
+
 MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 NUMBERS = {"xyz": 3, "rpy": 3, "rgba": 4, "scale": 3, "size": 3} | dict.fromkeys(
     ("value", *MOMENTS, "lower", "upper", "effort", "velocity", "damping", "friction", "radius", "length"), 1
@@ -166,16 +175,6 @@ def rpy_of(R: Array) -> Array:
     if np.hypot(R[0, 0], R[1, 0]) < 1e-6:  # roll and yaw turn about the same axis
         return np.array([0.0, pitch, np.arctan2(-R[0, 1], R[1, 1])])
     return np.array([np.arctan2(R[2, 1], R[2, 2]), pitch, np.arctan2(R[1, 0], R[0, 0])])
-
-
-SHAPES = {
-    "box": ("size",),
-    "sphere": ("radius",),
-    "cylinder": ("radius", "length"),
-    "capsule": ("radius", "length"),
-    "mesh": (),
-}
-"""What can be drawn, and which numbers each shape needs."""
 
 
 def check_shapes(root: Element) -> None:

@@ -30,7 +30,7 @@ def print_json(record: Record | Sequence[Record]) -> None:
     print(json.dumps(finite, indent=2), flush=True)
 
 
-PLANNED = (
+PREDICTED = (
     "predicted_landing",
     "predicted_miss",
     "predicted_std",
@@ -42,23 +42,25 @@ PLANNED = (
     "rim_clear_probability",
     "is_feasible",
 )
-"""Attributes of a plan that JSON has under the same name."""
-
-PLAN_KEYS = ("cup", "cast", *PLANNED, "planner", "n_evaluations", "n_solutions", "reason")
+FOUND = ("n_evaluations", "n_solutions", "reason")
+"""Attributes of a plan that JSON has under the same names: of what it predicts, and of how it was found."""
 
 
 def plan_record(plan: wc.Plan) -> Record:
     """Return what `plan --json` prints of a plan."""
-    values = (
-        plan.cup,
-        asdict(plan.cast),
-        *(getattr(plan, name) for name in PLANNED),
-        plan.method,
-        plan.n_evaluations,
-        plan.n_solutions,
-        plan.reason,
-    )
-    return dict(zip(PLAN_KEYS, values, strict=True)) | {"predicted_landing": plan.predicted_landing.tolist()}
+    return {
+        "cup": plan.cup,
+        "cast": asdict(plan.cast),
+        **{name: getattr(plan, name) for name in PREDICTED},
+        "predicted_landing": plan.predicted_landing.tolist(),
+        "planner": plan.method,
+        **{name: getattr(plan, name) for name in FOUND},
+    }
+
+
+def _unplanned_record(throw: wc.Throw) -> Record:
+    """Return the same of a cast that was given: null for all that a plan would tell."""
+    return {"cup": throw.cup, "cast": asdict(throw.cast), **dict.fromkeys((*PREDICTED, "planner", *FOUND))}
 
 
 class Executed(NamedTuple):
@@ -73,11 +75,7 @@ def throw_record(executed: Executed) -> Record:
     """Return what `throw --json` prints of a cast: what was planned, null if nothing was, and what became of it."""
     throw, plan, outcome = executed
     return {
-        **(
-            dict.fromkeys(PLAN_KEYS) | {"cup": throw.cup, "cast": asdict(throw.cast)}
-            if plan is None
-            else plan_record(plan)
-        ),
+        **(_unplanned_record(throw) if plan is None else plan_record(plan)),
         "landing": outcome.landing.tolist(),
         "miss": outcome.miss,
         "status": outcome.status.value,

@@ -138,7 +138,7 @@ def preview_scenario(scenario: Scenario, n_casts: int = N_CASTS, *, ends_early: 
     Raises
     ------
     InputError
-        If `n_casts` is no integer from 1 on, or the scenario cannot be simulated at all.
+        If `n_casts` is no integer from 2 on, or the scenario cannot be simulated at all.
     """
     n_casts = checked_integer("n_casts", n_casts, 2)
     simulator = CastSimulator(scenario)

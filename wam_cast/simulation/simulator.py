@@ -210,7 +210,7 @@ def _shared_simulator(
 
 
 def _urdfs(scenario: Scenario, belief: Scenario | None) -> tuple[str, ...]:
-    return tuple(arm_model(one.arm).urdf for one in (scenario, believed(scenario, belief)))
+    return tuple(arm_model(one.arm).urdf for one in (scenario, belief or scenario))
 
 
 _one_at_a_time = threading.RLock()  # whoever is told of an outcome may simulate something else

@@ -1,6 +1,7 @@
 """How often the ball ends in the cup, by how much the landing misses its middle, and how small the cup may be.
 
     python benchmarks/hit_rate.py [--cups 200] [--seed 0] [--region line|floor] [--noise] [--smallest] [--planner NAME]
+                                  [--restitution E]
 
 Cups are drawn at random over the reach of the reference model, on the line y = 0 or over the floor that joint 1 can turn to, where
 the turn is part of every cast. `--noise` executes with what is typical of a real arm, and plans for it. `--smallest` lowers the
@@ -11,7 +12,7 @@ the planners, grid search and CMA-ES on the model may be named, at as many evalu
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import cast
 
 import pandas as pd
@@ -42,6 +43,8 @@ BUDGET = 600
 """Evaluations of the model that a search has for each cup: about what the program uses."""
 
 Throw = Callable[[ForwardModel, str, str], pd.DataFrame]
+Setting = tuple[str, str, Cup]
+"""A planner, a kind of cup by name, and that cup."""
 
 
 def main() -> None:
@@ -53,6 +56,12 @@ def main() -> None:
     arguments.add_argument("--smallest", action="store_true")
     arguments.add_argument(
         "--planner", action="append", choices=(*METHODS, "grid", "cma-es"), help="repeatable; default: both planners"
+    )
+    arguments.add_argument(
+        "--restitution",
+        action="append",
+        type=float,
+        help=f"of the cup; repeatable; default: {' and '.join(map(str, KINDS.values()))}",
     )
     arguments.add_argument("--workers", type=int, help="default: one for each processor")
     options = arguments.parse_args()
@@ -69,7 +78,8 @@ def main() -> None:
             return frame
 
         study = _smallest if options.smallest else _rates
-        table = study(model, noise, options.planner or METHODS, throw)
+        kinds = {f"restitution {value:g}": value for value in options.restitution or ()} or KINDS
+        table = study(model, noise, _settings(options.planner or METHODS, kinds), throw)
     nearest, farthest = model.reach
     versions = ", ".join(f"{name} {number}" for name, number in current_versions().items())
     table.caption = (
@@ -97,7 +107,7 @@ def _cast(model: ForwardModel, cup: Polar, method: str, seed: int) -> Cast:
     return Cast.from_array(found.parameters, bearing)
 
 
-def _rates(model: ForwardModel, noise: Noise, methods: Sequence[str], throw: Throw) -> Table:
+def _rates(model: ForwardModel, noise: Noise, settings: Iterable[Setting], throw: Throw) -> Table:
     table = Table(
         "planner",
         "cup",
@@ -107,7 +117,7 @@ def _rates(model: ForwardModel, noise: Noise, methods: Sequence[str], throw: Thr
         "lateral: median, P95, max [mm]",
         "not caught",
     )
-    for method, kind, cup in _settings(methods):
+    for method, kind, cup in settings:
         trials = throw(model.bound_to(Scenario(cup=cup, noise=noise)), method, f"{method}, {kind}")
         table.add_row(
             method,
@@ -120,9 +130,9 @@ def _rates(model: ForwardModel, noise: Noise, methods: Sequence[str], throw: Thr
     return table
 
 
-def _smallest(model: ForwardModel, noise: Noise, methods: Sequence[str], throw: Throw) -> Table:
+def _smallest(model: ForwardModel, noise: Noise, settings: Iterable[Setting], throw: Throw) -> Table:
     table = Table("planner", "cup", "inner radius [mm]", "caught", "95 % interval", "not caught")
-    for method, kind, cup in _settings(methods):
+    for method, kind, cup in settings:
         for radius in RADII:
             smaller = cup.model_copy(update={"inner_radius": radius})
             trials = throw(
@@ -134,9 +144,9 @@ def _smallest(model: ForwardModel, noise: Noise, methods: Sequence[str], throw: 
     return table
 
 
-def _settings(methods: Sequence[str]) -> Iterator[tuple[str, str, Cup]]:
+def _settings(methods: Sequence[str], kinds: Mapping[str, float]) -> Iterator[Setting]:
     for method in methods:
-        for kind, restitution in KINDS.items():
+        for kind, restitution in kinds.items():
             yield method, kind, Cup(restitution=restitution)
 
 

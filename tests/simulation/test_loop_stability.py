@@ -1,6 +1,7 @@
 """The closed loop's stability: against closed forms, and against what simulated casts do."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -30,26 +31,58 @@ def growth(**controller):
     return loop_growth(scenario(**controller), scenario(**controller))
 
 
+def scaled(factor, **controller):
+    gains = Scenario().controller
+    values = {name: factor * getattr(gains, name) for name in ("kp", "kd")}
+    for name in ("posture_stiffness", "posture_damping"):
+        values[name] = [factor * one for one in getattr(gains, name)]
+    return scenario(**values, **controller)
+
+
+def refusal_of(one):
+    with pytest.raises(InputError, match="unstable") as caught:
+        check_loop(one, one)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+def number_after(words, line):
+    return float(line.split(words)[1].split()[0])
+
+
 def test_a_long_delay_turns_a_stable_loop_unstable_and_the_line_says_what_helps():
     check_loop(Scenario(), Scenario())
-    unstable = scenario(delay=2)
-    with pytest.raises(InputError, match=r"kp = 6000, kd = 250.*unstable.*delay = 2: errors double") as caught:
-        check_loop(unstable, unstable)
-    assert "\n" not in str(caught.value)
-    factor = float(str(caught.value).split("multiply all gains by ")[1].split()[0])
-    gains = Scenario().controller
-    check_loop(
-        *2
-        * [
-            scenario(
-                delay=2,
-                kp=factor * gains.kp,
-                kd=factor * gains.kd,
-                posture_stiffness=[factor * one for one in gains.posture_stiffness],
-                posture_damping=[factor * one for one in gains.posture_damping],
-            )
-        ]
-    )
+    line = refusal_of(scenario(delay=2))
+    assert re.search(r"kp = 6000, kd = 250.*unstable.*delay = 2: errors double", line)
+    for one in (
+        scaled(number_after("multiply all gains by ", line), delay=2),
+        scenario(delay=2, period=number_after("choose controller.period = ", line)),
+        scenario(delay=int(number_after("choose controller.delay = ", line))),
+    ):
+        check_loop(one, one)
+
+
+def test_only_what_helps_is_proposed():
+    # An arm on the floor whose motors give twice what they are told: it is carried up, unless something holds it.
+    arm = {"mount": "floor", "mount_height": 0.45, "wrist_pitch": 0.6}
+    motion, bounds = {"start_radius": 0.45, "drop_duration": 0.5}, {"distance": [0.05, 0.25]}
+
+    def station(factor, **arm_change):
+        gains = scaled(factor).controller.model_copy(update={"posture_stiffness": N_ARM * (0.0,)})
+        one = Scenario.from_dict({"arm": {**arm, **arm_change}, "motion": motion, "bounds": bounds})
+        return one.model_copy(update={"controller": gains})
+
+    def refusal(factor):
+        with pytest.raises(InputError) as caught:
+            check_loop(station(factor, torque_scale=N_ARM * [2.0]), station(factor))
+        return str(caught.value)
+
+    assert "neither other gains nor a shorter period or delay helps: look at `arm`" in refusal(0.0)
+    weak = next(factor for factor in (1e-4, 3e-4, 1e-3, 3e-3) if "neither" not in refusal(factor))
+    line = refusal(weak)
+    assert "or less" not in line
+    more = weak * number_after("multiply all gains by ", line)
+    check_loop(station(more, torque_scale=N_ARM * [2.0]), station(more))
 
 
 def test_more_delay_and_longer_periods_are_never_better():

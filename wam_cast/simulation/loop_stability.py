@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
@@ -22,12 +23,17 @@ MAX_GROWTH = 5.0
 GAIN_MARGIN = 0.8
 """Share of the largest stable gains that is proposed."""
 
+LEAST_FACTOR, N_BISECTIONS = 0.01, 8
+"""Of all gains that is worth proposing, and steps of the search for the largest."""
+
+LARGER_GAINS, SHORTER_PERIODS = (2.0, 4.0, 8.0), (2, 4, 8)
+"""What is tried besides: factors of all gains where lower ones do not help, and divisors of the control period."""
+
 N_WAYPOINTS, N_NEWTON_STEPS = 8, 4
 """On the way to a posture."""
 
 CORNER_TOLERANCE = 0.01
 """Of the hand's place in a posture [m]."""
-
 
 TORQUE_STEP = 1e-6
 """Of the joints [rad] to find how gravity's torque changes."""
@@ -39,12 +45,11 @@ def check_loop(robot: Scenario, belief: Scenario) -> None:
     if rate <= MAX_GROWTH:
         return
     gains = robot.controller
-    factor = _stable_factor(robot, belief)
-    proposal = f"multiply all gains by {factor:.2g} or less, or " if factor > 0.01 else ""
+    helps = _remedies(robot, belief)
     raise InputError(
         f"controller.kp = {gains.kp:g}, kd = {gains.kd:g}, and those of the posture, are unstable at controller.period = "
-        f"{gains.period:g} s with controller.delay = {gains.delay}: errors double every {1e3 * math.log(2) / rate:.2g} ms; "
-        f"{proposal}choose a shorter period{' or delay' if gains.delay else ''}"
+        f"{gains.period:g} s with controller.delay = {gains.delay}: errors double every {1e3 * math.log(2) / rate:.3g} ms; "
+        + (" or ".join(helps) if helps else "neither other gains nor a shorter period or delay helps: look at `arm`")
     )
 
 
@@ -141,17 +146,38 @@ def _corner_postures(belief: Scenario, believed: MeasuredArm) -> list[Array]:
     return postures
 
 
-def _stable_factor(robot: Scenario, belief: Scenario) -> float:
+def _remedies(robot: Scenario, belief: Scenario) -> list[str]:
+    """Return which changes of the controller make the loop stable, each tried, as a reader is told to make them."""
+    gains = robot.controller
+
+    def is_stable(changed: Controller) -> bool:
+        return loop_growth(robot.model_copy(update={"controller": changed}), belief) <= MAX_GROWTH
+
+    def changed_to(**values: float) -> bool:
+        return is_stable(gains.model_copy(update=values))
+
+    found = []
+    if factor := _stable_factor(lambda factor: is_stable(_scaled(gains, factor))):
+        found.append(f"multiply all gains by {factor:.2g} or less")
+    elif factor := next((one for one in LARGER_GAINS if is_stable(_scaled(gains, one))), 0.0):
+        found.append(f"multiply all gains by {factor:g}")
+    if period := next((gains.period / n for n in SHORTER_PERIODS if changed_to(period=gains.period / n)), 0.0):
+        found.append(f"choose controller.period = {period:g} s or less")
+    if (delay := next((n for n in range(gains.delay - 1, -1, -1) if changed_to(delay=n)), -1)) >= 0:
+        found.append(f"choose controller.delay = {delay}{' or less' if delay else ''}")
+    return found
+
+
+def _stable_factor(is_stable: Callable[[float], bool]) -> float:
     """Return by which factor all gains would be lowered to be stable, with a margin; 0 if none is found."""
     low, high = 0.0, 1.0
-    for _ in range(8):
+    for _ in range(N_BISECTIONS):
         middle = (low + high) / 2
-        scaled = robot.model_copy(update={"controller": _scaled(robot.controller, middle)})
-        if loop_growth(scaled, belief) <= MAX_GROWTH:
+        if is_stable(middle):
             low = middle
         else:
             high = middle
-    return GAIN_MARGIN * low
+    return GAIN_MARGIN * low if low > LEAST_FACTOR else 0.0
 
 
 def _scaled(gains: Controller, factor: float) -> Controller:

@@ -3,8 +3,8 @@
     python benchmarks/few_casts.py [--casts 40 60 ...] [--models 4] [--cups 25] [--seed 0]
 
 Each model learns from casts drawn at random from the reference dataset, and is split and fitted as `wam-cast fit` does it. The
-program plans for random cups over the model's reach; each feasible plan is executed without noise. A planner takes casts with a small
-standard deviation, and so takes those first where it is too small.
+program plans for random cups over the model's reach; each feasible plan is executed without noise. A planner takes casts with a
+small standard deviation, and so takes those first where it is too small.
 """
 
 from __future__ import annotations

@@ -153,6 +153,19 @@ def test_a_cast_that_is_predicted_perfectly_changes_little(estimator, learned, h
     assert 0.7 < ratio.min() <= ratio.max() < 1.4
 
 
+def test_among_few_casts_no_place_passes_for_sure_by_chance():
+    # The errors are alike everywhere. Planners seek the least deviation, and would find each error that is small by chance.
+    lowest = []
+    for seed in range(8):
+        X, X_held_out = inputs(30, seed), inputs(12, seed + 100)
+        y, y_held_out = np.split(0.5 + 1e-3 * np.random.default_rng(seed).standard_normal(42), [30])
+        learned = LandingUncertainty.learn(fitted(X, y, regularization=1.0), X_held_out, y_held_out)
+        std = learned.std(np.vstack([X, inputs(500, seed + 200)]))
+        lowest.append(std.min() / np.median(std))
+    assert np.median(lowest) > 0.6
+    assert min(lowest) > 0.15
+
+
 def test_far_from_all_training_casts_it_grows(estimator, learned):
     inside, plain = learned.std(inputs(200, seed=9)).max(), uncorrected(estimator)
     middle, directions = (LOWER + UPPER) / 2, np.vstack([np.eye(3), -np.eye(3)]) * (UPPER - LOWER)

@@ -127,10 +127,11 @@ def tune_by_lbfgs(
     *,
     sigma0: float | ArrayLike = 0.5,
     regularization0: float = 0.1,
+    regularization_bounds: tuple[float, float] = REGULARIZATION_BOUNDS,
     max_steps: int = 100,
     tolerance: float = 1e-4,
 ) -> TuningResult:
-    """Find the σ and the λ of least loss by L-BFGS-B, within `SIGMA_BOUNDS` and `REGULARIZATION_BOUNDS`.
+    """Find the σ and the λ of least loss by L-BFGS-B, within `SIGMA_BOUNDS` and `regularization_bounds`.
 
     Parameters
     ----------
@@ -141,6 +142,8 @@ def tune_by_lbfgs(
     regularization0
         Where the search for λ starts. A start at too small a λ, whose model follows the noise, can end in a poor local minimum of
         narrow kernels; a start at too large a λ was not seen to.
+    regularization_bounds
+        The least and the largest λ: narrower than usual where more is known of the noise.
     max_steps, tolerance
         As for `tune_by_descent`.
 
@@ -152,8 +155,8 @@ def tune_by_lbfgs(
     checked_sigma(sigma0, loss.n_features, name="sigma0")
     checked_regularization(regularization0)
     _check_within("sigma0", sigma0, SIGMA_BOUNDS)
-    _check_within("regularization0", regularization0, REGULARIZATION_BOUNDS)
-    log_error = _LogError(loss, np.shape(sigma0), None, is_bounded=True)
+    _check_within("regularization0", regularization0, regularization_bounds)
+    log_error = _LogError(loss, np.shape(sigma0), None, regularization_bounds)
     log_of_mean = _half_log(loss.mean_squared_target)
 
     def relative(theta: Array) -> tuple[float, Array]:
@@ -167,7 +170,7 @@ def tune_by_lbfgs(
         path.append((intermediate_result.x.copy(), float(intermediate_result.fun)))
 
     theta0 = np.log(np.append(sigma0, regularization0))
-    bounds = np.log([SIGMA_BOUNDS] * (theta0.size - 1) + [REGULARIZATION_BOUNDS])
+    bounds = np.log([SIGMA_BOUNDS] * (theta0.size - 1) + [regularization_bounds])
     options = {"maxiter": max_steps, "gtol": tolerance, "ftol": 1e-9}
     # One thread: more of them gain little on these matrices, and lose much where they share processors. It also makes the
     # path the same whatever their number.
@@ -181,19 +184,24 @@ def tune_by_lbfgs(
 
 @dataclass(frozen=True)
 class _LogError:
-    """Logarithm of a loss's RMSE as a function of θ = (log σ, log λ), or of θ = log σ for a `regularization` that is given."""
+    """Logarithm of a loss's RMSE as a function of θ = (log σ, log λ), or of θ = log σ for a `regularization` that is given.
+
+    With `regularization_bounds`, σ is within `SIGMA_BOUNDS`, too.
+    """
 
     loss: Loss
     sigma_shape: tuple[int, ...]
     regularization: float | None
-    is_bounded: bool = False
+    regularization_bounds: tuple[float, float] | None = None
 
     def unpack(self, theta: Array) -> tuple[Array, float]:
         """Return σ and λ."""
         sigma = np.exp(theta[: math.prod(self.sigma_shape)]).reshape(self.sigma_shape)
         regularization = float(np.exp(theta[-1])) if self.regularization is None else self.regularization
-        if self.is_bounded:  # the exponential of a bound's logarithm may be beyond it by rounding
-            return np.clip(sigma, *SIGMA_BOUNDS), float(np.clip(regularization, *REGULARIZATION_BOUNDS))
+        if (
+            self.regularization_bounds is not None
+        ):  # the exponential of a bound's logarithm may be beyond it by rounding
+            return np.clip(sigma, *SIGMA_BOUNDS), float(np.clip(regularization, *self.regularization_bounds))
         return sigma, regularization
 
     def __call__(self, theta: Array) -> tuple[float, Array]:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import stdtrit
 
-from wam_cast.learning.hyperparameters import tune_by_lbfgs
+from wam_cast.learning.hyperparameters import REGULARIZATION_BOUNDS, tune_by_lbfgs
 from wam_cast.learning.kernel_ridge import KernelRidge, gaussian_kernel
 from wam_cast.learning.losses import LeaveOneOutLoss
 from wam_cast.parallel.threads import one_thread
@@ -25,6 +25,9 @@ their number cubed."""
 
 CORRECTION_START_SIGMA = 0.2
 """Where that search starts, in units of the bounds: one for all parameters, since errors are too noisy to tell three apart."""
+
+LOG_CHANCE_VARIANCE = math.pi**2 / 8
+"""Of the logarithm of a normal variable's magnitude, whatever its standard deviation: what is chance in an error's logarithm."""
 
 COVERAGE = 0.95
 """Share of the held-out casts that two standard deviations hold."""
@@ -87,7 +90,10 @@ class LandingUncertainty:
         log_ratios = np.log(ratios / unit + LEAST_RATIO) + np.log(unit)
         rows = slice(None, None, max(1, len(log_ratios) // TUNING_ROWS))
         loss = LeaveOneOutLoss(estimator.X_fit_[rows], log_ratios[rows], input_bounds=estimator.input_bounds)
-        tuned = tune_by_lbfgs(loss, sigma0=CORRECTION_START_SIGMA)
+        least, most = _regularization_bounds(log_ratios)
+        tuned = tune_by_lbfgs(
+            loss, sigma0=CORRECTION_START_SIGMA, regularization0=least, regularization_bounds=(least, most)
+        )
         sigma = (float(tuned.sigma),) * X.shape[1]
         uncertainty = cls(estimator, log_ratios, ErrorFit(sigma, float(tuned.regularization), scale=1.0))
         normalized = (estimator.predict(X)[:, 0] - landing) / uncertainty.std(X)
@@ -141,6 +147,17 @@ def held_out_scale(errors: Array) -> float:
     quantile = np.sort(np.abs(errors))[rank - 1]
     normal = stdtrit(n, (1 + COVERAGE) / 2) * np.sqrt(np.mean(errors**2))
     return float(max(quantile, normal)) / 2
+
+
+def _regularization_bounds(log_ratios: Array) -> tuple[float, float]:
+    """Return between which lambda is sought for the correction, in units of its signal's variance.
+
+    An error may be small by chance, and a planner would seek just these. What its logarithm has of variance beyond chance is the
+    signal's; where it has none, errors are taken for equally large.
+    """
+    least, most = REGULARIZATION_BOUNDS
+    signal = float(np.var(log_ratios)) - LOG_CHANCE_VARIANCE
+    return (most if signal <= 0 else float(np.clip(LOG_CHANCE_VARIANCE / signal, least, most))), most
 
 
 def _whitening(K: Array, regularization: float) -> Array:

@@ -1,6 +1,8 @@
-"""What the parameters of `.KernelRidge` may be: checks that say what is allowed, and the scaling of its inputs."""
+"""What the parameters of `.KernelRidge` and its samples' weights may be: checks that say so, and the scaling of its inputs."""
 
 from __future__ import annotations
+
+import reprlib
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -59,3 +61,22 @@ def checked_regularization(regularization: float) -> float:
             "pass for example regularization=1e-6"
         )
     return value
+
+
+def checked_sample_weight(sample_weight: float | ArrayLike, n_samples: int) -> Array:
+    """Return the weight of each sample, or raise a ValueError that says what is allowed."""
+    try:
+        weights = np.asarray(sample_weight, dtype=np.float64)
+        is_allowed = weights.shape in ((), (n_samples,)) and bool(np.all(np.isfinite(weights) & (weights >= 0)))
+    except (TypeError, ValueError):
+        is_allowed = False
+    if not is_allowed:
+        given = " ".join(reprlib.repr(sample_weight).split())
+        raise ValueError(
+            f"sample_weight={given} is not allowed: it must be a finite number >= 0, or one for each of the "
+            f"{n_samples} samples; pass for example sample_weight=None to weigh all alike"
+        )
+    if not np.any(weights):
+        # The words of scikit-learn, by which its checks know the error.
+        raise ValueError("sample_weight: Sample weights must contain at least one non-zero number.")
+    return np.broadcast_to(weights, n_samples).copy()

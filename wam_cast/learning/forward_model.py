@@ -19,7 +19,7 @@ from wam_cast.learning.hyperparameters import TuningResult, tune_by_lbfgs
 from wam_cast.learning.kernel_parameters import checked_regularization, checked_sigma
 from wam_cast.learning.kernel_ridge import KernelRidge
 from wam_cast.learning.losses import LeaveOneOutLoss
-from wam_cast.learning.model_file import Fit, StoredModel, read_model, write_model
+from wam_cast.learning.model_file import MOST_TRAINING_CASTS, Fit, StoredModel, read_model, write_model
 from wam_cast.learning.parts import Part, Parts, split_casts
 from wam_cast.learning.uncertainty import ConstantUncertainty, LandingUncertainty, held_out_scale
 from wam_cast.parallel.threads import one_thread
@@ -132,9 +132,13 @@ class ForwardModel:
             regularization = checked_regularization(regularization)
         except ValueError as error:
             raise InputError(f"estimator: {error}") from None
-        estimator = _estimator(data.scenario, (distance, speed, wait), regularization)
+        if len(train.X) > MOST_TRAINING_CASTS:
+            raise InputError(
+                f"dataset: {len(train.X)} training casts are too many for kernel ridge regression, whose matrix has a row and a column "
+                f"for each; give it {MOST_TRAINING_CASTS} at most"
+            )
         with one_thread():  # as when it is loaded, to the last digit
-            estimator.fit(train.X, train.y)
+            estimator = _fitted(data.scenario, (distance, speed, wait), regularization, train.X, train.y)
             leave_one_out = estimator.leave_one_out_residuals()[:, 0]
             uncertainty = LandingUncertainty.learn(estimator, validation.X, validation.landing)
 
@@ -235,15 +239,14 @@ class ForwardModel:
             If the file cannot be read, is not a model, or was made for casts that differ from the scenario's or the controller's.
         """
         stored = read_model(path, None if scenario is None else scenario.arm.urdf)
-        estimator = _estimator(stored.scenario, stored.info.sigma, stored.info.regularization)
-        with one_thread():
-            estimator.fit(stored.training_casts, stored.training_outputs)
-            uncertainty = LandingUncertainty(estimator, stored.training_log_ratios, stored.uncertainty)
-        outputs, is_clean = stored.training_outputs, stored.training_is_clean
+        outputs, is_clean, info = stored.training_outputs, stored.training_is_clean, stored.info
         try:
-            model = cls(stored.scenario, estimator, uncertainty, outputs, is_clean, stored.info, stored.controller)
+            with one_thread():
+                estimator = _fitted(stored.scenario, info.sigma, info.regularization, stored.training_casts, outputs)
+                uncertainty = LandingUncertainty(estimator, stored.training_log_ratios, stored.uncertainty)
+            model = cls(stored.scenario, estimator, uncertainty, outputs, is_clean, info, stored.controller)
             return model.bound_to(stored.scenario if scenario is None else scenario, controller)
-        except InputError as error:
+        except (InputError, np.linalg.LinAlgError) as error:
             raise InputError(f"model {path}: {error}") from None
 
     def _reach(self, scenario: Scenario) -> tuple[float, float]:
@@ -273,8 +276,12 @@ def tune_model(scenario: Scenario, train: Part) -> TuningResult:
     return tune_by_lbfgs(loss, sigma0=[START_SIGMA] * train.X.shape[1])
 
 
-def _estimator(scenario: Scenario, sigma: tuple[float, ...], regularization: float) -> KernelRidge:
-    return KernelRidge(sigma=sigma, regularization=regularization, input_bounds=cast_bounds(scenario))
+def _fitted(scenario: Scenario, sigma: tuple[float, ...], regularization: float, X: Array, y: Array) -> KernelRidge:
+    estimator = KernelRidge(sigma=sigma, regularization=regularization, input_bounds=cast_bounds(scenario))
+    try:
+        return estimator.fit(X, y)
+    except np.linalg.LinAlgError as error:
+        raise InputError(f"estimator: {error}") from None
 
 
 def _counts(data: CastDataset, parts: Parts) -> dict[str, int]:

@@ -515,7 +515,11 @@ ADVICE = "which wam-cast fit does not write; fit it anew"
         ("info", {"regularization": math.inf}, "info.regularization: "),
         ("info", {"n_train": 0}, "info.n_train: "),
         ("info", {"n_train": 10**9}, "info.n_train: "),
-        ("info", {"n_train": 259}, r"training_casts is of shape \(260, 3\) and type float64, not \(259, 3\) and float64"),
+        (
+            "info",
+            {"n_train": 259},
+            r"training_casts is of shape \(260, 3\) and type float64, not \(259, 3\) and float64",
+        ),
         ("info", {"n_test": "many"}, "info.n_test: "),
         ("info", {"seed": None}, "info.seed: "),
         ("uncertainty", {"scale": math.nan}, "uncertainty.scale: "),
@@ -579,7 +583,7 @@ def test_a_kernel_that_cannot_be_factorized_is_one_line(file):
     replaced(file, training_casts=np.tile(casts[:2], (130, 1)))
     assert "singular to working precision with regularization=0" in refused(file)
     data = changed(synthetic(60), slice(None), distance=0.2, speed=0.5, wait=0.1)
-    with pytest.raises(InputError, match="estimator: the kernel matrix .* is singular") as caught:
+    with pytest.raises(InputError, match=r"estimator: the kernel matrix .* is singular") as caught:
         ForwardModel.from_hyperparameters(data, 0.5, 0.0)
     assert "\n" not in str(caught.value)
 
@@ -621,7 +625,7 @@ def test_more_training_casts_than_a_matrix_takes_are_refused(monkeypatch):
     from wam_cast.learning import forward_model
 
     monkeypatch.setattr(forward_model, "MOST_TRAINING_CASTS", 40)
-    with pytest.raises(InputError, match="45 training casts are too many .* give it 40 at most"):
+    with pytest.raises(InputError, match=r"45 training casts are too many .* give it 40 at most"):
         ForwardModel.from_hyperparameters(synthetic(60), 0.5, 1e-4)
 
 

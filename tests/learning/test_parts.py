@@ -93,7 +93,11 @@ def test_a_frame_without_a_column_is_one_line(read):
     [
         ("distance", np.nan, "column distance of its frame is .*nan.* in row 3; it must be a finite number"),
         ("wait", -np.inf, "column wait of its frame is .*-inf.* in row 3"),
-        ("slack", np.inf, "column slack of its frame is .*inf.* in row 3; it must be a finite number, or nan of a cast"),
+        (
+            "slack",
+            np.inf,
+            "column slack of its frame is .*inf.* in row 3; it must be a finite number, or nan of a cast",
+        ),
         ("speed", "fast", "column speed of its frame is of type .*, no number"),
         ("landing_along", [1, 2], "column landing_along of its frame is of type object, no number"),
         ("status", "Landed", "column status of its frame is 'Landed' in row 3; it must be landed, diverged, "),

@@ -134,8 +134,8 @@ class ForwardModel:
             raise InputError(f"estimator: {error}") from None
         if len(train.X) > MOST_TRAINING_CASTS:
             raise InputError(
-                f"dataset: {len(train.X)} training casts are too many for kernel ridge regression, whose matrix has a row and a column "
-                f"for each; give it {MOST_TRAINING_CASTS} at most"
+                f"dataset: {len(train.X)} training casts are too many for kernel ridge regression, whose matrix has a row and a "
+                f"column for each; give it {MOST_TRAINING_CASTS} at most"
             )
         with one_thread():  # as when it is loaded, to the last digit
             estimator = _fitted(data.scenario, (distance, speed, wait), regularization, train.X, train.y)

@@ -26,7 +26,12 @@ from wam_cast.types import Array
 
 FORMAT = "wam_cast forward model 5"
 
-WIDTHS = {"training_casts": (3,), "training_outputs": (len(OUTPUTS),), "training_is_clean": (), "training_log_ratios": ()}
+WIDTHS = {
+    "training_casts": (3,),
+    "training_outputs": (len(OUTPUTS),),
+    "training_is_clean": (),
+    "training_log_ratios": (),
+}
 """What the archive holds beside its header: fields of `StoredModel`, each with the shape of its rows."""
 
 MOST_TRAINING_CASTS = 50_000
@@ -38,7 +43,16 @@ LARGEST_MEMBER = 8_000_000
 LARGEST_VALUE = 1e6
 """In SI units no cast has a larger number."""
 
-NOT_AN_ARCHIVE = (ValueError, LookupError, OSError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error, struct.error)
+NOT_AN_ARCHIVE = (
+    ValueError,
+    LookupError,
+    OSError,
+    EOFError,
+    RuntimeError,
+    zipfile.BadZipFile,
+    zlib.error,
+    struct.error,
+)
 """What zip and numpy raise for bytes that are something else, or damaged."""
 
 

@@ -96,7 +96,9 @@ class LandingUncertainty:
         loss = LeaveOneOutLoss(estimator.X_fit_[rows], log_ratios[rows], input_bounds=estimator.input_bounds)
         tuned = tune_by_lbfgs(loss, sigma0=CORRECTION_START_SIGMA)
         sigma = float(tuned.sigma)
-        uncertainty = cls(estimator, log_ratios, ErrorFit((sigma, sigma, sigma), float(tuned.regularization), scale=1.0))
+        uncertainty = cls(
+            estimator, log_ratios, ErrorFit((sigma, sigma, sigma), float(tuned.regularization), scale=1.0)
+        )
         normalized = (estimator.predict(X)[:, 0] - landing) / uncertainty.std(X)
         uncertainty.fit = replace(uncertainty.fit, scale=held_out_scale(normalized))
         return uncertainty

@@ -2,27 +2,33 @@
 
 settings.json           what the run depends on
 scenario.yaml           the scenario
-phases/NAME.json        what a finished phase found
+phases/NAME.json        what a finished phase found, with its checksum
 wall.json               how long each phase took, all attempts together
+set_aside/              phases that were damaged or edited, and were computed again
 casts/, noisy_casts/    datasets, which grow part by part
 figures/, report.md, report.html, results.json
 """
 
 from __future__ import annotations
 
+import hashlib
 import json
+import logging
+import re
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Self, TypeVar
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import TypeAdapter
 
 from wam_cast.errors import InputError
 from wam_cast.scenario import Scenario
 from wam_cast.storage.work_directory import ELSEWHERE, WorkDirectory
-from wam_cast.text_file import read_text
+from wam_cast.text_file import read_bytes, read_text
+
+_logger = logging.getLogger(__name__)
 
 R = TypeVar("R")
 
@@ -70,9 +76,10 @@ class RunDirectory(WorkDirectory):
     def _open(self) -> None:
         """Begin a run, or see that the one here is the same."""
         if self.is_begun(self.path):
-            old = _read(self.identity_path, dict[str, object])
-            if old is None:
-                raise InputError(f"{self.identity_path} cannot be read; {ELSEWHERE}")
+            try:
+                old = TypeAdapter(dict[str, object]).validate_json(read_text(self.identity_path))
+            except (OSError, ValueError, RecursionError):
+                raise InputError(f"{self.identity_path} cannot be read; {ELSEWHERE}") from None
             self._check_same(old, json.loads(self._identity))
         else:
             self._write(self.identity_path, f"{self._identity}\n".encode())
@@ -81,6 +88,8 @@ class RunDirectory(WorkDirectory):
 
     def phase(self, name: str, kind: type[R], compute: Callable[[], R]) -> R:
         """Return what phase `name` found: from its file, or computed now and written there.
+
+        A file that is not what was written there, by its checksum, is moved to `set_aside/`, and the phase is computed again.
 
         Parameters
         ----------
@@ -92,11 +101,18 @@ class RunDirectory(WorkDirectory):
             Finds it.
         """
         path = self._phases / f"{name}.json"
-        result = _read(path, kind)
-        if result is None:
-            with self.timed(name):
-                result = compute()
-            self._write(path, TypeAdapter(kind).dump_json(result))
+        try:
+            return TypeAdapter(kind).validate_json(_unsealed(read_bytes(path, LARGEST_PHASE)))
+        except FileNotFoundError:
+            pass
+        except (OSError, ValueError, RecursionError):
+            aside = self._set_aside(path)
+            _logger.warning(
+                "%s: %s is not what was written there; it is now %s, and is computed again", self.path, path, aside
+            )
+        with self.timed(name):
+            result = compute()
+        self._write(path, _sealed(TypeAdapter(kind).dump_json(result)))
         return result
 
     @contextmanager
@@ -108,16 +124,24 @@ class RunDirectory(WorkDirectory):
         finally:
             seconds = self.wall_seconds()
             seconds[name] = seconds.get(name, 0.0) + time.perf_counter() - started
-            self._write(self._wall, json.dumps(seconds, indent=1).encode())
+            self._write(self._wall, _sealed(json.dumps(seconds, indent=1).encode()))
 
     def wall_seconds(self) -> dict[str, float]:
         """Return how long each phase took [s], all attempts together but for those that were killed."""
-        return _read(self._wall, dict[str, float]) or {}
+        try:
+            return TypeAdapter(dict[str, float]).validate_json(_unsealed(read_bytes(self._wall, LARGEST_PHASE)))
+        except (OSError, ValueError, RecursionError):
+            return {}
 
 
-def _read(path: Path, kind: type[R]) -> R | None:
-    """Return what is in a file of JSON; None if it is not there, cut off, or of another kind."""
-    try:
-        return TypeAdapter(kind).validate_json(read_text(path, LARGEST_PHASE))
-    except (OSError, UnicodeDecodeError, ValidationError, RecursionError):
-        return None
+def _sealed(found: bytes) -> bytes:
+    """Return JSON within JSON that has its checksum."""
+    return b'{"sha256": "%s",\n"found": %s}\n' % (hashlib.sha256(found).hexdigest().encode(), found)
+
+
+def _unsealed(content: bytes) -> bytes:
+    """Return what `_sealed` was given; raises `ValueError` if it has changed since."""
+    match = re.fullmatch(rb'\{"sha256": "(.{64})",\n"found": (.*)\}\n', content, re.DOTALL)
+    if match is None or hashlib.sha256(match[2]).hexdigest().encode() != match[1]:
+        raise ValueError("damaged or edited")
+    return match[2]

@@ -118,7 +118,7 @@ def test_what_is_no_file_in_the_place_of_a_phase_is_set_aside(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "make", [os.mkdir, lambda lock: os.symlink(lock, lock), lambda lock: os.symlink("/none/there", lock)]
+    "make", [os.mkdir, lambda lock: lock.symlink_to(lock), lambda lock: lock.symlink_to("/none/there")]
 )
 def test_a_lock_that_cannot_be_opened_is_one_line(tmp_path, make):
     make(tmp_path / ".lock")

@@ -127,15 +127,23 @@ class CastSimulator:
         return outcomes
 
     def record_sequence(
-        self, throws: Sequence[Throw], *, noise_seed: int = 0, on_outcome: Callable[[Outcome], None] | None = None
+        self,
+        throws: Sequence[Throw],
+        *,
+        noise_seed: int = 0,
+        on_outcome: Callable[[Outcome], None] | None = None,
+        on_recording: Callable[[CastRecording], None] | None = None,
     ) -> list[CastRecording]:
         """Simulate `throws` as `simulate_sequence` does, on to the end of the last return, and keep all of it.
 
-        Each recording begins with the state that the one before it ended with, if its ball was caught.
+        Each recording begins with the state that the one before it ended with, if its ball was caught. `on_recording` is called
+        with each as soon as it is complete.
         """
         recordings = []
         for simulated in self._sequence(throws, noise_seed, returns_at_end=True):
             recordings.append(self._recording(simulated))
+            if on_recording is not None:
+                on_recording(recordings[-1])
             if on_outcome is not None:
                 on_outcome(simulated.outcome)
         return recordings

@@ -61,7 +61,6 @@ class RunDirectory(WorkDirectory):
         super().__init__(path)
         self._identity, self._scenario = json.dumps(identity, indent=2), scenario
         self.casts, self.noisy_casts = self.path / "casts", self.path / "noisy_casts"
-        self.figures = self.path / "figures"
         self._phases, self._wall = self.path / "phases", self.path / "wall.json"
 
     def __enter__(self) -> Self:
@@ -84,12 +83,10 @@ class RunDirectory(WorkDirectory):
         else:
             self._write(self.identity_path, f"{self._identity}\n".encode())
         self._write(self.scenario_path, self._scenario.to_yaml().encode())
-        self._make_folders(self._phases, self.figures)
+        self._make_folders(self._phases)
 
     def phase(self, name: str, kind: type[R], compute: Callable[[], R]) -> R:
-        """Return what phase `name` found: from its file, or computed now and written there.
-
-        A file that is not what was written there, by its checksum, is moved to `set_aside/`, and the phase is computed again.
+        """Return what phase `name` found: from its file, see `found`, or computed now and written there.
 
         Parameters
         ----------
@@ -100,20 +97,38 @@ class RunDirectory(WorkDirectory):
         compute
             Finds it.
         """
+        result = self.found(name, kind)
+        if result is None:
+            with self.timed(name):
+                result = compute()
+            self.keep(name, kind, result)
+        return result
+
+    def found(self, name: str, kind: type[R]) -> R | None:
+        """Return what a finished phase found, none if it is not finished.
+
+        A file that is not what was written there, by its checksum, is moved to `set_aside/`, and does not count.
+        """
         path = self._phases / f"{name}.json"
         try:
             return TypeAdapter(kind).validate_json(_unsealed(read_bytes(path, LARGEST_PHASE)))
         except FileNotFoundError:
-            pass
+            return None
         except (OSError, ValueError, RecursionError):
             aside = self._set_aside(path)
             _logger.warning(
                 "%s: %s is not what was written there; it is now %s, and is computed again", self.path, path, aside
             )
-        with self.timed(name):
-            result = compute()
-        self._write(path, _sealed(TypeAdapter(kind).dump_json(result)))
-        return result
+            return None
+
+    def keep(self, name: str, kind: type[R], result: R) -> None:
+        """Write what a phase found. Raises `.InputError` if the system refuses."""
+        self._write(self._phases / f"{name}.json", _sealed(TypeAdapter(kind).dump_json(result)))
+
+    def folder(self, name: str) -> Path:
+        """Return a folder of that name in the directory, which is there. Raises `.InputError` if the system refuses."""
+        self._make_folders(self.path / name)
+        return self.path / name
 
     @contextmanager
     def timed(self, name: str) -> Iterator[None]:

@@ -86,7 +86,7 @@ def reproduce(
         findings = _Run(settings, store, executor or workers, report).findings()
         with store.timed("figures"):
             report("figures", 0, len(CAPTIONS))
-            for done, _ in enumerate(draw_figures(findings, store.figures, executor or workers), 1):
+            for done, _ in enumerate(draw_figures(findings, store.folder("figures"), executor or workers), 1):
                 report("figures", done, len(CAPTIONS))
         write_report(findings, store)
     return findings

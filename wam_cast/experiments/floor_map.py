@@ -32,6 +32,7 @@ from wam_cast.planning.solution import Planner, Solver
 from wam_cast.scenario import Scenario
 from wam_cast.storage.dataset_directory import current_versions
 from wam_cast.storage.run_directory import RunDirectory
+from wam_cast.types import checks_types
 
 OnProgress = Callable[[str, int, int], None]
 """Takes what is being done, how much of it is done, and how much there is."""
@@ -132,6 +133,7 @@ class FloorMap:
         return plain
 
 
+@checks_types
 def map_floor(
     model: Predictor,
     size: MapSize | None = None,

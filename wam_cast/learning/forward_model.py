@@ -25,7 +25,7 @@ from wam_cast.learning.uncertainty import ConstantUncertainty, LandingUncertaint
 from wam_cast.parallel.threads import one_thread
 from wam_cast.planning.prediction import ALONG, Linearization
 from wam_cast.scenario import Scenario
-from wam_cast.types import Array
+from wam_cast.types import Array, checks_types
 
 if TYPE_CHECKING:
     from wam_cast.learning.dataset import CastDataset
@@ -186,6 +186,7 @@ class ForwardModel:
         """Return the landing along the casting plane [m] of a few casts, shape (n,), and its derivative in SI units, (n, 3)."""
         return self._landing_estimator.linearize(casts)
 
+    @checks_types
     def serves(self, scenario: Scenario) -> bool:
         """Return whether the model predicts the casts of `scenario`: the cup's shape may be another, and there may be noise.
 
@@ -193,6 +194,7 @@ class ForwardModel:
         """
         return self.scenario.fingerprint in (scenario.fingerprint, scenario.without_noise.fingerprint)
 
+    @checks_types
     def bound_to(self, scenario: Scenario, controller: str | None = None) -> Self:
         """Return the same model for plans in `scenario`, whose cup and noise count, to be executed by a controller of that name.
 
@@ -213,6 +215,7 @@ class ForwardModel:
         bound.reach = self._reach(scenario)
         return bound
 
+    @checks_types
     def save(self, path: str | Path) -> None:
         """Write the model to one file. Raises `.InputError` if that cannot be done; then nothing is left behind.
 
@@ -228,6 +231,7 @@ class ForwardModel:
         write_model(path, stored)
 
     @classmethod
+    @checks_types
     def load(cls, path: str | Path, scenario: Scenario | None = None, controller: str | None = None) -> Self:
         """Read a model that `save` wrote, to use it with `scenario` and a `controller` of that name, see `.controller_name`.
 

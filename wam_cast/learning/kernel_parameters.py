@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import reprlib
-
 import numpy as np
 from numpy.typing import ArrayLike
 
+from wam_cast.errors import quoted
 from wam_cast.types import Array
 
 
@@ -27,9 +26,9 @@ def input_scale(X: Array, input_bounds: tuple[ArrayLike, ArrayLike] | None) -> t
         is_allowed = False
     if not is_allowed:
         raise ValueError(
-            f"input_bounds={input_bounds!r} is not allowed: it must be None or a pair (lower, upper), each finite, a number or one "
-            f"for each of the {n_features} inputs, with lower < upper; pass for example input_bounds=None to take the bounds from "
-            "the training inputs"
+            f"input_bounds={quoted(input_bounds)} is not allowed: it must be None or a pair (lower, upper), each finite, a number "
+            f"or one for each of the {n_features} inputs, with lower < upper; pass for example input_bounds=None to take the "
+            "bounds from the training inputs"
         )
     return lower.copy(), upper - lower
 
@@ -43,7 +42,7 @@ def checked_sigma(sigma: float | ArrayLike, n_features: int, *, name: str = "sig
         is_allowed = False
     if not is_allowed:
         raise ValueError(
-            f"{name}={sigma!r} is not allowed: it must be a finite number > 0, or one for each of the "
+            f"{name}={quoted(sigma)} is not allowed: it must be a finite number > 0, or one for each of the "
             f"{n_features} inputs, in units of the scaled inputs; pass for example {name}=0.35"
         )
     return np.broadcast_to(widths, n_features)
@@ -57,7 +56,7 @@ def checked_regularization(regularization: float) -> float:
         value = np.nan
     if not 0 <= value < np.inf:
         raise ValueError(
-            f"regularization={regularization!r} is not allowed: it must be a finite number >= 0; "
+            f"regularization={quoted(regularization)} is not allowed: it must be a finite number >= 0; "
             "pass for example regularization=1e-6"
         )
     return value
@@ -71,9 +70,8 @@ def checked_sample_weight(sample_weight: float | ArrayLike, n_samples: int) -> A
     except (TypeError, ValueError):
         is_allowed = False
     if not is_allowed:
-        given = " ".join(reprlib.repr(sample_weight).split())
         raise ValueError(
-            f"sample_weight={given} is not allowed: it must be a finite number >= 0, or one for each of the "
+            f"sample_weight={quoted(sample_weight)} is not allowed: it must be a finite number >= 0, or one for each of the "
             f"{n_samples} samples; pass for example sample_weight=None to weigh all alike"
         )
     if not np.any(weights):

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import reprlib
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wam_cast.cast import PARAMETERS
-from wam_cast.errors import InputError
+from wam_cast.errors import InputError, quoted
 from wam_cast.planning.prediction import OUTPUTS
 from wam_cast.types import Array
 
@@ -76,9 +75,14 @@ def split_casts(data: CastDataset) -> Parts:
     Raises
     ------
     InputError
-        If the dataset lacks a column, a column holds what it cannot, there are fewer than 34 casts, or fewer than 2 casts of a part
-        came down to the rim plane.
+        If it is no dataset, it lacks a column, a column holds what it cannot, there are fewer than 34 casts, or fewer than 2 casts
+        of a part came down to the rim plane.
     """
+    # Whoever has a dataset has loaded pandas; a model that was fitted before does without.
+    from wam_cast.learning.dataset import CastDataset
+
+    if not isinstance(data, CastDataset):
+        raise InputError(f"data = {quoted(data)} must be a CastDataset")
     _check_frame(data.frame)
     train, validation, test = (_usable(data, rows) for rows in data.split())
     for name, part in (("training", train), ("validation", validation), ("test", test)):
@@ -105,7 +109,7 @@ def _check_frame(frame: pd.DataFrame) -> None:
         if not is_allowed.all():
             row = int(np.argmin(is_allowed))
             raise InputError(
-                f"dataset: column {name} of its frame is {reprlib.repr(column.iloc[row])} in row {row}; it must be {rule}"
+                f"dataset: column {name} of its frame is {quoted(column.iloc[row])} in row {row}; it must be {rule}"
             )
 
 

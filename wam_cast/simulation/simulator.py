@@ -30,7 +30,7 @@ from wam_cast.simulation.loop_stability import check_loop
 from wam_cast.simulation.outcome import Outcome, Status
 from wam_cast.simulation.recording import CastRecording, Throw
 from wam_cast.simulation.rest_of_drop import RestOfDrop
-from wam_cast.types import Position
+from wam_cast.types import Position, checks_types
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +56,7 @@ class CastSimulator:
         of `.CastController` are unstable at its period and delay.
     """
 
+    @checks_types
     def __init__(
         self,
         scenario: Scenario,
@@ -87,6 +88,7 @@ class CastSimulator:
         """How the contact-free phase is integrated, in which steps, and what a cast is expected to cost."""
         return self._contact_free.integration
 
+    @checks_types
     def simulate(self, cast: Cast, cup: Position | None = None, *, noise_seed: int = 0) -> Outcome:
         """Simulate `cast`: with a cup at world (x, y) [m] until the ball rests or has missed, else to the landing.
 
@@ -94,6 +96,7 @@ class CastSimulator:
         """
         return self._simulate(cast, cup, noise_seed).outcome
 
+    @checks_types
     def record(
         self, cast: Cast, cup: Position | None = None, *, noise_seed: int = 0, returns: bool = True
     ) -> CastRecording:
@@ -106,6 +109,7 @@ class CastSimulator:
             simulated = self._go_home(simulated)
         return self._recording(simulated)
 
+    @checks_types
     def simulate_sequence(
         self, throws: Sequence[Throw], *, noise_seed: int = 0, on_outcome: Callable[[Outcome], None] | None = None
     ) -> list[Outcome]:
@@ -126,6 +130,7 @@ class CastSimulator:
                 on_outcome(simulated.outcome)
         return outcomes
 
+    @checks_types
     def record_sequence(
         self,
         throws: Sequence[Throw],
@@ -224,6 +229,7 @@ def _urdfs(scenario: Scenario, belief: Scenario | None) -> tuple[str, ...]:
 _one_at_a_time = threading.RLock()  # whoever is told of an outcome may simulate something else
 
 
+@checks_types
 def simulate_cast(
     scenario: Scenario,
     cast: Cast,
@@ -262,6 +268,7 @@ def simulate_cast(
         return simulator.simulate(cast, cup, noise_seed=noise_seed)
 
 
+@checks_types
 def simulate_casts(
     scenario: Scenario,
     casts: Sequence[Cast],

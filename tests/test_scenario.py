@@ -238,8 +238,9 @@ def test_file_that_cannot_be_read_is_refused_in_one_line(tmp_path, name):
     ],
 )
 def test_parts_made_directly_are_validated_too(make):
-    with pytest.raises(ValidationError):
+    with pytest.raises(InputError) as caught:
         make()
+    assert "\n" not in str(caught.value)
 
 
 def test_scenario_is_frozen_and_hashable():
@@ -271,7 +272,7 @@ def test_noise_is_off_by_default_and_each_of_its_values_switches_it_on():
     for name, value in Noise.typical():
         assert value > 0
         assert Noise(**{name: value}).is_on
-        with pytest.raises(ValidationError, match="greater than or equal to 0"):
+        with pytest.raises(InputError, match="greater than or equal to 0"):
             Noise(**{name: -value})
 
 

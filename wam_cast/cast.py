@@ -8,7 +8,7 @@ from dataclasses import astuple, dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from wam_cast.errors import InputError
+from wam_cast.errors import InputError, is_finite, quoted
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array, Position
 
@@ -53,8 +53,8 @@ class Cast:
 
     def __post_init__(self) -> None:
         for name, value in zip((*PARAMETERS, "bearing"), astuple(self), strict=True):
-            if not math.isfinite(value):
-                raise InputError(f"cast: {name} = {value} is not a finite number")
+            if not is_finite(value):
+                raise InputError(f"cast: {name} = {quoted(value)} is not a finite number")
         if self.distance <= 0 or self.speed <= 0 or self.wait < 0:
             raise InputError(
                 f"cast: distance = {self.distance:g} m and speed = {self.speed:g} m/s must be positive, "
@@ -81,9 +81,12 @@ class Cast:
 
     @classmethod
     def from_array(cls, parameters: Array, bearing: float = 0.0) -> Cast:
-        """Return the cast with parameters `[distance, speed, wait]`, shape (3,)."""
-        distance, speed, wait = (float(value) for value in parameters)
-        return cls(distance, speed, wait, float(bearing))
+        """Return the cast with parameters `[distance, speed, wait]`, shape (3,). Raises `.InputError`."""
+        try:
+            distance, speed, wait = (float(value) for value in parameters)
+        except (TypeError, ValueError):
+            raise InputError(f"parameters = {quoted(parameters)} must be [distance, speed, wait] [m, m/s, s]") from None
+        return cls(distance, speed, wait, bearing)
 
 
 def cast_bounds(scenario: Scenario) -> tuple[Array, Array]:
@@ -129,9 +132,8 @@ def checked_cup(cup: tuple[float, float]) -> tuple[float, float]:
     """Return world (x, y) of a cup's axis as two floats; raises `.InputError` if they are not finite numbers."""
     try:
         x, y = (float(value) for value in cup)
-    except (TypeError, ValueError):
-        given = " ".join(repr(cup).split())
-        raise InputError(f"cup = {given} must be the pair (x, y) of its axis in metres") from None
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(f"cup = {quoted(cup)} must be the pair (x, y) of its axis in metres") from None
     if not (math.isfinite(x) and math.isfinite(y)):
         raise InputError(f"cup = ({x}, {y}) must be finite: world x and y of its axis in metres")
     if max(abs(x), abs(y)) > FARTHEST_CUP:

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-from wam_cast.errors import InputError
+from wam_cast.errors import InputError, quoted
 
 DEFAULT_CONTROLLER = "wam_cast.robot.controller.CastController"
 """What makes the controller where none is given."""
@@ -33,7 +33,7 @@ def controller_name(make_controller: Callable[[Any], object] | None = None) -> s
         found = None
     if found is not make_controller:
         raise InputError(
-            f"make_controller = {make_controller!r} has no name by which worker processes could import it: "
+            f"make_controller = {quoted(make_controller)} has no name by which worker processes could import it: "
             "give a class or a function that stands at the top level of a module"
         )
     return f"{module}.{path}"

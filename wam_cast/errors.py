@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import operator
+import reprlib
+from collections.abc import Callable
+from functools import wraps
+from numbers import Real
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
@@ -22,6 +27,33 @@ class MachineError(RuntimeError):
     """
 
 
+_SHORT = reprlib.Repr()
+_SHORT.maxlevel, _SHORT.maxstring, _SHORT.maxother, _SHORT.maxlong = 3, 100, 100, 100
+
+
+def shortened(value: object, longest: int = 100) -> str:
+    """Return the text of a value, such as a path that a user gave, of at most `longest` letters: of longer ones both ends."""
+    text = str(value)
+    half = (longest - 3) // 2
+    return text if len(text) <= longest else f"{text[:half]}...{text[-half:]}"
+
+
+def quoted(value: object) -> str:
+    """Return the representation of a value that a user gave, of any kind and size, shortened and on one line."""
+    try:
+        return shortened(" ".join(_SHORT.repr(value).split()))
+    except ValueError:  # Python's own refusal
+        return "a number of thousands of digits"
+
+
+def is_finite(value: object) -> bool:
+    """Return whether a value that a user gave, of any kind, is one finite number."""
+    try:
+        return isinstance(value, Real) and math.isfinite(value)
+    except OverflowError:  # an integer that no float holds
+        return False
+
+
 def checked_integer(name: str, value: int, least: int) -> int:
     """Return `value` as an int; raises `InputError` if it is no integer from `least` on."""
     try:
@@ -29,8 +61,23 @@ def checked_integer(name: str, value: int, least: int) -> int:
     except TypeError:
         number = least - 1
     if number < least:
-        raise InputError(f"{name} = {value!r} must be an integer, {least} or more")
+        raise InputError(f"{name} = {quoted(value)} must be an integer, {least} or more")
     return number
+
+
+def with_input_errors(initialize: Callable[..., None]) -> Callable[..., None]:
+    """Return the constructor of a pydantic model that raises `InputError` where pydantic refuses a value."""
+
+    @wraps(initialize)
+    def checked(self: BaseModel, /, **values: Any) -> None:
+        try:
+            initialize(self, **values)
+        except ValidationError as error:
+            raise InputError(describe_validation(error, type(self))) from None
+
+    # What is within another model, or comes from a file, is made without it: the errors then say where they are.
+    checked.__pydantic_base_init__ = True  # type: ignore[attr-defined]
+    return checked
 
 
 def describe_validation(error: ValidationError, model: type[BaseModel] | None = None) -> str:
@@ -40,18 +87,18 @@ def describe_validation(error: ValidationError, model: type[BaseModel] | None = 
     """
     first, *others = error.errors()
     path = ".".join(str(part) for part in first["loc"]) or "the top level"
-    message = first["msg"].removeprefix("Value error, ")
+    message, found = first["msg"].removeprefix("Value error, "), quoted(first["input"])
     keys = ", ".join(_keys(model, first["loc"][:-1] if first["type"] == "extra_forbidden" else first["loc"]))
     if first["type"] == "value_error":  # written by a validator of ours, which names the value itself
         line = message
     elif first["type"] == "extra_forbidden":
         line = f"{path}: unknown key; {f'allowed here: {keys}' if keys else 'remove it or correct its spelling'}"
     elif first["type"] == "missing":
-        line = f"{path}: a value is missing, found {first['input']!r}"
+        line = f"{path}: a value is missing, found {found}"
     elif first["type"] == "model_type" and keys:
-        line = f"{path}: must map some of these keys to values: {keys}; not {first['input']!r}"
+        line = f"{path}: must map some of these keys to values: {keys}; not {found}"
     else:
-        line = f"{path}: {message[0].lower()}{message[1:]}, not {first['input']!r}"
+        line = f"{path}: {message[0].lower()}{message[1:]}, not {found}"
     return f"{line} (and {len(others)} more)" if others else line
 
 

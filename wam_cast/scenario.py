@@ -20,7 +20,7 @@ from wam_cast.arm.arm_model import arm_model
 from wam_cast.errors import InputError, describe_validation
 from wam_cast.scenario_parts import Arm, Ball, Bounds, Controller, Cup, Motion, Noise, Part, Simulation, String
 from wam_cast.tether import LOOSE_MARGIN, Tether, lifting_share
-from wam_cast.types import Position
+from wam_cast.types import Position, checks_types
 from wam_cast.yaml_file import read_yaml
 
 __all__ = ["Arm", "Ball", "Bounds", "Controller", "Cup", "Motion", "Noise", "Scenario", "Simulation", "String"]
@@ -142,6 +142,7 @@ class Scenario(Part):
             raise InputError(describe_validation(error, cls)) from None
 
     @classmethod
+    @checks_types
     def from_yaml(cls, path: str | Path) -> Self:
         """Read a scenario file; keys that it leaves out keep their default. Raises `.InputError`."""
         try:

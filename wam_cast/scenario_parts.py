@@ -5,10 +5,12 @@ Beyond its range a number is no laboratory's, and of no simulation that ends.
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeAlias, TypeVar
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
+
+from wam_cast.errors import with_input_errors
 
 Stiffness = Annotated[float, Field(ge=0, le=1e4)]
 Stiffnesses = tuple[Stiffness, Stiffness, Stiffness, Stiffness, Stiffness, Stiffness, Stiffness]
@@ -24,26 +26,23 @@ def _for_each_joint(value: Any) -> Any:
     return (value,) * 7 if isinstance(value, (int, float)) and not isinstance(value, bool) else value
 
 
-Scale: TypeAlias = Annotated[
-    tuple[Factor, Factor, Factor, Factor, Factor, Factor, Factor], BeforeValidator(_for_each_joint)
-]
+T = TypeVar("T")
+ForEachJoint: TypeAlias = Annotated[tuple[T, T, T, T, T, T, T], BeforeValidator(_for_each_joint)]
+
+Scale: TypeAlias = ForEachJoint[Factor]
 """Factors of the joints 1 to 7, or one for all."""
 
 Multiple = Annotated[float, Field(ge=0, le=20)]
-Multiples: TypeAlias = Annotated[
-    tuple[Multiple, Multiple, Multiple, Multiple, Multiple, Multiple, Multiple], BeforeValidator(_for_each_joint)
-]
+Multiples: TypeAlias = ForEachJoint[Multiple]
 """The same, 0 among them."""
 
 Share = Annotated[float, Field(ge=0, le=2)]
-Shares: TypeAlias = Annotated[tuple[Share, Share, Share, Share, Share, Share, Share], BeforeValidator(_for_each_joint)]
+Shares: TypeAlias = ForEachJoint[Share]
 """The same, from 0 to 2."""
 
 CupOffset = Annotated[float, Field(ge=-0.1, le=0.1)]
 Offset = Annotated[float, Field(ge=-0.2, le=0.2)]
-Offsets: TypeAlias = Annotated[
-    tuple[Offset, Offset, Offset, Offset, Offset, Offset, Offset], BeforeValidator(_for_each_joint)
-]
+Offsets: TypeAlias = ForEachJoint[Offset]
 """Small angles of the joints 1 to 7 [rad], or one for all."""
 
 UNSCALED = (1.0,) * 7
@@ -53,6 +52,8 @@ class Part(BaseModel):
     """A frozen group of values that refuses unknown keys, nan and infinity."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    if not TYPE_CHECKING:  # which knows the values by the fields
+        __init__ = with_input_errors(BaseModel.__init__)
 
     @field_validator("*", mode="before")
     @classmethod

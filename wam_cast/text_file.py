@@ -1,4 +1,4 @@
-"""Small files that a user names or may have edited: read only if they are regular files, and no larger than they can be."""
+"""Files that a user names or may have edited: read only if they are regular files, and no larger than they can be."""
 
 from __future__ import annotations
 
@@ -17,12 +17,17 @@ def read_text(path: str | Path, largest: int = LARGEST) -> str:
     Raises `OSError` if it is no regular file, which might never end, too large or not readable; `UnicodeDecodeError` if it is no
     UTF-8.
     """
+    return read_bytes(path, largest).decode("utf-8-sig")
+
+
+def read_bytes(path: str | Path, largest: int) -> bytes:
+    """Return what a file holds. Raises `OSError` as `read_text` does."""
     check_regular(path)
     with Path(path).open("rb") as file:
         content = file.read(largest + 1)
     if len(content) > largest:
         raise OSError(errno.EFBIG, f"larger than {largest} bytes", str(path))
-    return content.decode("utf-8-sig")
+    return content
 
 
 def check_regular(path: str | Path) -> None:

@@ -5,6 +5,7 @@ import math
 import re
 import shlex
 from dataclasses import replace
+from itertools import count
 
 import numpy as np
 import pytest
@@ -268,6 +269,27 @@ def test_interrupted_throws_tell_what_was_finished(cli, monkeypatch):
     assert table.code == 130
     assert "0.7500, 0.0000" in table.out
     assert "0.5000, 0.0000" not in table.out
+
+
+def test_an_interrupted_replay_shows_what_was_recorded(cli, folder, monkeypatch):
+    from wam_cast.simulation.simulator import CastSimulator
+
+    simulate, counter = CastSimulator._simulate, count()
+
+    def interrupted(*given):
+        if next(counter) == 1:
+            raise KeyboardInterrupt
+        return simulate(*given)
+
+    monkeypatch.setattr(CastSimulator, "_simulate", interrupted)
+    words = ("throw", "--cup", "0.7", "--cast", "0.3,0.6,0.1", "--cup", "0.45", "--cast", "0.2,0.5,0", "--json")
+    result = cli(*words, "--replay", "a.html")
+    assert (result.code, result.err) == (130, "interrupted: 1 of 2 casts are shown\nreplay: a.html\ninterrupted\n")
+    (record,) = json.loads(result.out)
+    assert record["cup"] == [0.7, 0.0]
+    page = (folder / "a.html").read_text(encoding="utf-8")
+    assert "Cup at (0.700, 0.000) m" in page
+    assert "0.450" not in page
 
 
 @pytest.mark.slow

@@ -2,12 +2,17 @@
 
 import json
 import os
+import re
+import shlex
 import signal
 import time
+from dataclasses import replace
+from itertools import count
 
 import pytest
 
 import wam_cast as wc
+from wam_cast.errors import MachineError
 from wam_cast.experiments import floor_map, trials
 
 SMALL = ("--radii", "3", "--bearings", "4")
@@ -91,8 +96,89 @@ def test_wrong_input_gets_one_line_before_any_work(cli, folder, words, parts):
     assert not list(folder.iterdir())
 
 
+def interrupt_at(monkeypatch, n_casts):
+    """Interrupt a map at so many casts; return the real thing."""
+    simulate, counter = trials.simulate_cast, count()
+
+    def interrupted(*given, **options):
+        if next(counter) == n_casts:
+            raise KeyboardInterrupt
+        return simulate(*given, **options)
+
+    monkeypatch.setattr(trials, "simulate_cast", interrupted)
+    return simulate
+
+
+def test_an_interrupted_map_goes_on_to_the_same_map(cli, folder, noisy, monkeypatch, floor_without_physics):
+    words = (*SMALL, *noisy, "--seed", "3", "--json")
+    whole = json.loads(cli("map", "--out", "whole.png", *words).out)
+    assert sorted(path.name for path in folder.iterdir()) == ["noisy.yaml", "whole.png"]
+    simulate = interrupt_at(monkeypatch, 17)
+    result = cli("map", "--out", "a b.png", *words)
+    assert (result.code, result.out) == (130, "")
+    *_, line, last = result.err.splitlines()
+    assert last == "interrupted"
+    said, command = line.split(" Go on with: wam-cast ")
+    assert said == "finished casts are kept in a b.png.unfinished."
+    assert not (folder / "a b.png").exists()
+
+    monkeypatch.setattr(trials, "simulate_cast", simulate)
+    floor_without_physics.cast.clear()
+    again = cli(*shlex.split(command), "--json")
+    assert again.code == 0
+    assert len(floor_without_physics.cast) == 14  # of 24, ten were finished
+    assert json.loads(again.out) == whole | {"picture": "a b.png"}
+    assert (folder / "a b.png").read_bytes() == (folder / "whole.png").read_bytes()
+    assert not (folder / "a b.png.unfinished").exists()
+
+
+def test_another_map_does_not_go_on_with_what_is_kept(cli, folder, noisy, monkeypatch, floor_without_physics):
+    simulate = interrupt_at(monkeypatch, 11)
+    assert cli("map", "--out", "map.png", *SMALL, *noisy).code == 130
+    monkeypatch.setattr(trials, "simulate_cast", simulate)
+    for words, said in (
+        ((*SMALL, *noisy, "--seed", "1"), "another seed (0, not 1)"),
+        ((*SMALL, *noisy[:2], "--casts", "3"), "another n_casts (2, not 3)"),
+        (SMALL, "another scenario.noise.distance (0.003, not 0.0)"),
+        ((*SMALL, *noisy, "--planner", "gradient"), "another planner ('program', not 'gradient')"),
+    ):
+        result = cli("map", "--out", "map.png", *words)
+        assert (result.code, result.out) == (2, "")
+        assert f"map.png.unfinished holds a map of the floor with {said}" in result.err
+    plan_cast = floor_map.plan_cast
+    monkeypatch.setattr(floor_map, "plan_cast", lambda *given: replace(plan_cast(*given), predicted_miss=0.002))
+    assert "with another model or solver ('" in cli("map", "--out", "map.png", *SMALL, *noisy).err
+
+
 @pytest.mark.usefixtures("floor_without_physics")
-def test_an_interruption_leaves_nothing_behind(cli, folder, monkeypatch):
+def test_a_damaged_part_of_a_map_is_cast_again(cli, folder, monkeypatch):
+    whole = cli("map", "--out", "whole.png", *SMALL)
+    simulate = interrupt_at(monkeypatch, 11)
+    assert cli("map", "--out", "map.png", *SMALL).code == 130
+    monkeypatch.setattr(trials, "simulate_cast", simulate)
+    (part,) = (folder / "map.png.unfinished" / "phases").iterdir()
+    part.write_text(part.read_text().replace("caught", "landed"))
+    again = cli("map", "--out", "map.png", *SMALL)
+    assert again.out == whole.out.replace("whole.png", "map.png")
+
+
+@pytest.mark.usefixtures("floor_without_physics")
+def test_a_map_that_the_machine_ends_says_how_to_go_on(cli, folder, monkeypatch):
+    def fail(*_, **__):
+        raise MachineError("row 3: its process died 4 times")
+
+    interrupt_at(monkeypatch, 11)
+    assert cli("map", "--out", "map.png", *SMALL).code == 130
+    monkeypatch.setattr(trials, "simulate_cast", fail)
+    result = cli("map", "--out", "map.png", *SMALL)
+    assert (result.code, result.out) == (2, "")
+    *_, line, last = result.err.splitlines()
+    assert "Go on with: wam-cast map --out map.png --radii 3 --bearings 4" in line
+    assert last == "error: row 3: its process died 4 times"
+
+
+@pytest.mark.usefixtures("floor_without_physics")
+def test_an_interruption_before_anything_is_finished_leaves_nothing_behind(cli, folder, monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
@@ -112,5 +198,6 @@ def test_ctrl_c_amid_the_casts_shows_nothing_of_the_inside(start, folder):
     time.sleep(3)  # workers start, then casts fly
     os.killpg(running.pid, signal.SIGINT)
     out, err = running.communicate(timeout=60)
-    assert (running.returncode, out, err) == (130, "", "interrupted\n")
-    assert not list(folder.iterdir())
+    assert (running.returncode, out) == (130, "")
+    assert re.fullmatch(r"(finished casts are kept in map\.png\.unfinished\. Go on with: .*\n)?interrupted\n", err)
+    assert not (folder / "map.png").exists()

@@ -1,8 +1,12 @@
 """The forward model: what it learns from, what it predicts, and its file."""
 
+import io
 import json
 import math
+import os
 import re
+import tracemalloc
+import zipfile
 from dataclasses import replace
 
 import numpy as np
@@ -329,6 +333,45 @@ def tampered(file, **header):
         np.savez_compressed(stream, header=np.array(json.dumps(old | header)), **values)
 
 
+def replaced(file, **arrays):
+    """Rewrite a model file with other arrays."""
+    with np.load(file) as stored:
+        values = {name: stored[name] for name in stored.files}
+    with file.open("wb") as stream:
+        np.savez_compressed(stream, **(values | arrays))
+
+
+def members(file):
+    with zipfile.ZipFile(file) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+def zipped(file, name, content, said=None):
+    """Rewrite a model file with another content of one member, which the archive says is so many bytes."""
+    kept = members(file) | {f"{name}.npy": content}
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+        for one, written in kept.items():
+            archive.writestr(one, written)
+        if said is not None:
+            archive.getinfo(f"{name}.npy").file_size = said
+
+
+def recompressed(file, method):
+    kept = members(file)
+    with zipfile.ZipFile(file, "w", method) as archive:
+        for name, content in kept.items():
+            archive.writestr(name, content)
+
+
+def with_flag(file, bits):
+    """Rewrite a model file so that its members are said to be of that kind."""
+    content = bytearray(file.read_bytes())
+    for mark, offset in ((b"PK\x03\x04", 6), (b"PK\x01\x02", 8)):
+        for found in re.finditer(re.escape(mark), bytes(content)):
+            content[found.start() + offset] |= bits
+    file.write_bytes(content)
+
+
 def without(file, name):
     """Rewrite a model file without one of its arrays."""
     with np.load(file) as stored:
@@ -401,8 +444,13 @@ NOT_A_MODEL = {
     "array": write_array,
     "pickle": write_pickle,
     "no word on clean casts": lambda path: without(path, "training_is_clean"),
-    "one sigma": lambda path: tampered(path, info={"seed": 0, "sigma": 0.5}),
-    "no info": lambda path: tampered(path, info={"seed": 0}),
+    "deep header": lambda path: replaced(path, header=np.array("[" * 100_000)),
+    "no JSON": lambda path: replaced(path, header=np.array("sigma: 0.5")),
+    "header of numbers": lambda path: replaced(path, header=np.ones(3)),
+    "objects": lambda path: replaced(path, training_casts=np.array([{}], dtype=object)),
+    "encrypted": lambda path: with_flag(path, 1),
+    "strongly encrypted": lambda path: with_flag(path, 65),
+    "bzip2": lambda path: recompressed(path, zipfile.ZIP_BZIP2),
 }
 
 
@@ -426,6 +474,159 @@ def test_damage_anywhere_is_noticed(file):
     for start in range(0, len(whole) - 60, len(whole) // 60):
         file.write_bytes(whole[:start] + bytes(60) + whole[start + 60 :])
         refused(file)
+    for end in range(0, len(whole), len(whole) // 60):
+        file.write_bytes(whole[:end])
+        refused(file)
+
+
+def test_a_flipped_bit_is_noticed_or_of_no_consequence(file, monkeypatch):
+    from wam_cast.learning import model_file
+
+    kept, whole = model_file.read_model(file), bytearray(file.read_bytes())
+    rng = np.random.default_rng(0)
+    n_refused = 0
+    for position in (*rng.integers(len(whole), size=150), *range(len(whole) - 250, len(whole))):
+        flipped = whole.copy()
+        flipped[position] ^= 1 << int(rng.integers(8))
+        file.write_bytes(flipped)
+        try:
+            found = model_file.read_model(file)
+        except InputError as error:
+            assert "\n" not in str(error)
+            n_refused += 1
+        else:  # of what says when and by whom the archive was written
+            for one, other in zip(found, kept, strict=True):
+                np.testing.assert_array_equal(one, other)
+    assert n_refused > 200
+
+
+ADVICE = "which wam-cast fit does not write; fit it anew"
+
+
+@pytest.mark.parametrize(
+    ("part", "values", "said"),
+    [
+        ("info", {"sigma": [0.0, 1.0, 1.0]}, "info.sigma.0: input should be greater than 0, not 0"),
+        ("info", {"sigma": [math.nan] * 3}, "info.sigma.0: "),
+        ("info", {"sigma": 0.5}, "info.sigma: "),
+        ("info", {"sigma": [0.5, 0.5]}, "info.sigma.2: "),
+        ("info", {"regularization": -1}, "info.regularization: input should be greater than or equal to 0, not -1"),
+        ("info", {"regularization": math.nan}, "info.regularization: "),
+        ("info", {"regularization": math.inf}, "info.regularization: "),
+        ("info", {"n_train": 0}, "info.n_train: "),
+        ("info", {"n_train": 10**9}, "info.n_train: "),
+        (
+            "info",
+            {"n_train": 259},
+            r"training_casts is of shape \(260, 3\) and type float64, not \(259, 3\) and float64",
+        ),
+        ("info", {"n_test": "many"}, "info.n_test: "),
+        ("info", {"seed": None}, "info.seed: "),
+        ("uncertainty", {"scale": math.nan}, "uncertainty.scale: "),
+        ("uncertainty", {"scale": -1}, "uncertainty.scale: input should be greater than 0, not -1"),
+        ("uncertainty", {"scale": 0}, "uncertainty.scale: "),
+        ("uncertainty", {"sigma": [0.2]}, "uncertainty.sigma.1: "),
+        ("uncertainty", {"regularization": math.inf}, "uncertainty.regularization: "),
+        ("uncertainty", {"more": 1}, "uncertainty.more: "),
+    ],
+)
+def test_a_header_that_no_fit_writes_is_one_line(file, part, values, said):
+    with np.load(file) as stored:
+        header = json.loads(str(stored["header"]))
+    tampered(file, **{part: header[part] | values})
+    line = refused(file)
+    assert re.search(said, line)
+    assert line.endswith(ADVICE)
+
+
+@pytest.mark.parametrize("name", ["info", "uncertainty", "fingerprint", "scenario", "controller"])
+@pytest.mark.parametrize("value", [None, 3, [[[]]]], ids=str)
+def test_a_part_of_the_header_of_another_kind_is_one_line(file, name, value):
+    tampered(file, **{name: value})
+    assert refused(file).endswith(ADVICE)
+
+
+@pytest.mark.parametrize("arm", [None, 3, []], ids=str)
+def test_a_scenario_of_another_kind_is_one_line(file, arm):
+    tampered(file, scenario={"arm": arm})
+    for scenario in (None, SCENARIO):
+        assert "its scenario cannot be used now" in refused(file, scenario)
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "said"),
+    [
+        ("training_casts", lambda a: np.where(a == a[3, 1], np.nan, a), "training_casts holds nan"),
+        ("training_outputs", lambda a: np.where(a == a[3, 1], -np.inf, a), "training_outputs holds -inf"),
+        ("training_log_ratios", lambda a: a + 1e9, "training_log_ratios holds 1e"),
+        ("training_casts", lambda a: a[:0], r"training_casts is of shape \(0, 3\)"),
+        ("training_casts", lambda a: a.T, r"training_casts is of shape \(3, 260\)"),
+        ("training_casts", lambda a: a.astype(np.float32), "type float32, not .* float64"),
+        ("training_casts", lambda a: a.astype(complex), "type complex128"),
+        ("training_is_clean", lambda a: a.astype(float), "training_is_clean is of .* type float64, not .* bool"),
+        ("training_outputs", lambda a: a.astype(str), "training_outputs is of .* type <U"),
+    ],
+)
+def test_an_array_that_no_fit_writes_is_one_line(file, name, change, said):
+    with np.load(file) as stored:
+        values = change(stored[name])
+    replaced(file, **{name: values})
+    line = refused(file)
+    assert re.search(said, line)
+    assert line.endswith(ADVICE)
+
+
+def test_a_kernel_that_cannot_be_factorized_is_one_line(file):
+    with np.load(file) as stored:
+        info, casts = json.loads(str(stored["header"]))["info"], stored["training_casts"]
+    tampered(file, info=info | {"regularization": 0.0})
+    replaced(file, training_casts=np.tile(casts[:2], (130, 1)))
+    assert "singular to working precision with regularization=0" in refused(file)
+    data = changed(synthetic(60), slice(None), distance=0.2, speed=0.5, wait=0.1)
+    with pytest.raises(InputError, match=r"estimator: the kernel matrix .* is singular") as caught:
+        ForwardModel.from_hyperparameters(data, 0.5, 0.0)
+    assert "\n" not in str(caught.value)
+
+
+def declared(shape):
+    """Return what a member of an archive holds that says it is an array of that shape, with eight bytes of it."""
+    content = io.BytesIO()
+    np.lib.format.write_array_header_1_0(content, {"descr": "<f8", "fortran_order": False, "shape": shape})
+    return content.getvalue() + bytes(8)
+
+
+BOMBS = {
+    "unpacks to 300 MB": lambda file: zipped(file, "training_casts", bytes(300_000_000)),
+    "says that it is 8 TB": lambda file: zipped(file, "training_casts", declared((10**12,))),
+    "says less than it unpacks to": lambda file: zipped(file, "training_casts", bytes(300_000_000), said=100),
+    "300 MB as it is": lambda file: os.truncate(file, 300_000_000),
+}
+
+
+@pytest.mark.parametrize("bomb", BOMBS)
+def test_a_bomb_is_refused_within_bounded_memory(file, bomb):
+    BOMBS[bomb](file)
+    tracemalloc.start()
+    try:
+        refused(file)
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert peak < 50_000_000
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="named pipes")
+def test_a_named_pipe_is_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    assert "not a regular file" in refused(tmp_path / "pipe")
+
+
+def test_more_training_casts_than_a_matrix_takes_are_refused(monkeypatch):
+    from wam_cast.learning import forward_model
+
+    monkeypatch.setattr(forward_model, "MOST_TRAINING_CASTS", 40)
+    with pytest.raises(InputError, match=r"45 training casts are too many .* give it 40 at most"):
+        ForwardModel.from_hyperparameters(synthetic(60), 0.5, 1e-4)
 
 
 def test_a_model_of_another_arm_is_refused(file):

@@ -69,6 +69,59 @@ def test_equals_kernel_ridge_of_scikit_learn(X, X_query, sigma, n_outputs):
     assert ours.predict(X_query).shape == theirs.predict(Z_query).shape
 
 
+@pytest.mark.parametrize("n_outputs", [None, 3])
+@pytest.mark.parametrize("weights", [0.3, [0.0, 1.0, 2.5]], ids=["a number", "some of them 0"])
+def test_weighted_fits_equal_those_of_kernel_ridge_of_scikit_learn(X, X_query, weights, n_outputs):
+    y = smooth_targets(X, n_outputs)
+    w = np.resize(weights, len(X))
+    ours = KernelRidge(sigma=ARD, regularization=1e-3, input_bounds=(LOWER, UPPER), center_targets=False)
+    ours.fit(X, y, sample_weight=weights if np.ndim(weights) == 0 else w)
+
+    Z, Z_query = ((A - LOWER) / (UPPER - LOWER) / ARD for A in (X, X_query))
+    theirs = sklearn_kernel_ridge.KernelRidge(kernel="rbf", gamma=1.0, alpha=1e-3).fit(Z, y, sample_weight=w)
+    np.testing.assert_allclose(ours.predict(X_query), theirs.predict(Z_query), rtol=0, atol=1e-8)
+    np.testing.assert_allclose(ours.dual_coef_, theirs.dual_coef_[w > 0], rtol=1e-7, atol=1e-7)
+    # Without weights it is another fit.
+    assert np.abs(ours.predict(X_query) - clone(ours).fit(X, y).predict(X_query)).max() > 1e-5
+
+
+@pytest.mark.parametrize("center_targets", [True, False])
+def test_a_weight_counts_how_often_a_sample_is_there(X, X_query, center_targets):
+    y = smooth_targets(X, 2)
+    w = np.resize([0, 1, 2, 3], len(X))
+    model = KernelRidge(sigma=ARD, regularization=1e-3, center_targets=center_targets)
+    weighted = clone(model).fit(X, y, sample_weight=w).predict(X_query)
+    repeated = clone(model).fit(np.repeat(X, w, axis=0), np.repeat(y, w, axis=0)).predict(X_query)
+    np.testing.assert_allclose(weighted, repeated, rtol=0, atol=1e-9)
+
+
+def test_weights_of_one_are_none(X, X_query):
+    y = smooth_targets(X, 2)
+    plain, weighted = KernelRidge().fit(X, y), KernelRidge().fit(X, y, sample_weight=np.ones(len(X)))
+    np.testing.assert_allclose(weighted.predict(X_query), plain.predict(X_query), rtol=1e-12)
+    np.testing.assert_array_equal(plain.sample_weight_, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("weights", "message"),
+    [
+        (
+            -1.0,
+            r"sample_weight=-1\.0 is not allowed: it must be a finite number >= 0, or one for each of the 60 samples",
+        ),
+        (np.nan, "sample_weight=nan is not allowed"),
+        ([1.0, 2.0], r"sample_weight=\[1\.0, 2\.0\] is not allowed"),
+        ("heavy", "sample_weight='heavy' is not allowed"),
+        (np.zeros(60), "at least one non-zero number"),
+        (np.ones((60, 1)), "sample_weight=.* is not allowed"),
+    ],
+    ids=["negative", "nan", "two", "text", "all 0", "two-dimensional"],
+)
+def test_weights_that_cannot_be_are_refused(X, weights, message):
+    with pytest.raises(ValueError, match=message):
+        KernelRidge().fit(X, smooth_targets(X), sample_weight=weights)
+
+
 def test_kernel_has_no_factor_of_two():
     model = KernelRidge(sigma=0.5, regularization=0.0, input_bounds=(0, 1), center_targets=False)
     model.fit([[0.0]], [1.0])
@@ -133,17 +186,19 @@ def test_leave_one_out_knows_the_diagonal_of_the_inverse(X, lam, n_outputs):
     np.testing.assert_array_equal(residuals, model.leave_one_out_residuals())
 
 
+@pytest.mark.parametrize("weighted", [False, True])
 @pytest.mark.parametrize("n_outputs", [None, 2])
 @pytest.mark.parametrize("center_targets", [True, False])
 @pytest.mark.parametrize("sigma", [0.5, ARD])
-def test_leave_one_out_residuals_equal_refits(X, sigma, center_targets, n_outputs):
+def test_leave_one_out_residuals_equal_refits(X, sigma, center_targets, n_outputs, weighted):
     model = KernelRidge(sigma=sigma, regularization=1e-3, input_bounds=(LOWER, UPPER), center_targets=center_targets)
     y = smooth_targets(X, n_outputs)
+    w = np.resize([0.2, 1.0, 7.0], len(X)) if weighted else np.ones(len(X))
     refits = np.empty_like(y)
     for i in range(len(X)):
         others = np.arange(len(X)) != i
-        refits[i] = y[i] - clone(model).fit(X[others], y[others]).predict(X[[i]])[0]
-    residuals = model.fit(X, y).leave_one_out_residuals()
+        refits[i] = y[i] - clone(model).fit(X[others], y[others], w[others]).predict(X[[i]])[0]
+    residuals = model.fit(X, y, w if weighted else None).leave_one_out_residuals()
     assert residuals.shape == y.shape
     np.testing.assert_allclose(residuals, refits, rtol=0, atol=1e-10)
 
@@ -176,6 +231,18 @@ def test_std_is_that_of_a_gaussian_process_of_scikit_learn(X, X_query, n_outputs
         np.testing.assert_allclose(
             model.predict(X_query).reshape(9, -1)[:, output] - np.mean(y, axis=0).ravel()[output], mean, atol=1e-6
         )
+
+
+def test_std_of_a_weighted_fit_is_that_of_a_process_whose_samples_have_that_noise(X, X_query):
+    y, w, lam = smooth_targets(X), np.resize([0.2, 1.0, 7.0], len(X)), 1e-2
+    model = KernelRidge(sigma=ARD, regularization=lam, input_bounds=(LOWER, UPPER)).fit(X, y, w)
+    residuals, inverse_diagonal = model.leave_one_out()
+    variance = np.mean(residuals**2 * inverse_diagonal)
+    Z, Z_query = ((A - LOWER) / (UPPER - LOWER) for A in (X, X_query))
+    kernel = ConstantKernel(variance) * RBF(np.array(ARD) / np.sqrt(2))
+    process = GaussianProcessRegressor(kernel, alpha=variance * lam / w, optimizer=None)
+    _, std = process.fit(Z, y).predict(Z_query, return_std=True)
+    np.testing.assert_allclose(model.predict_std(X_query), np.sqrt(std**2 + variance * lam), rtol=1e-6)
 
 
 def test_std_is_as_large_as_the_errors():

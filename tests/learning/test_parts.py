@@ -7,7 +7,8 @@ import pytest
 from wam_cast.cast import PARAMETERS
 from wam_cast.errors import InputError
 from wam_cast.learning.dataset import CastDataset
-from wam_cast.learning.parts import split_casts
+from wam_cast.learning.forward_model import ForwardModel
+from wam_cast.learning.parts import describe_failed_casts, failed_casts, split_casts
 from wam_cast.planning.prediction import OUTPUTS
 from wam_cast.scenario import Scenario
 
@@ -76,7 +77,54 @@ def test_clean_casts_kept_the_limits_and_landed_with_a_slack_string():
         np.testing.assert_array_equal(np.flatnonzero(~part.is_clean), others)
 
 
-def test_a_frame_without_a_column_is_one_line():
+READERS = [split_casts, failed_casts, describe_failed_casts, ForwardModel.fit]
+
+
+@pytest.mark.parametrize("read", READERS)
+def test_a_frame_without_a_column_is_one_line(read):
     frame = pd.DataFrame({name: np.zeros(40) for name in (*PARAMETERS, "landing_along")})
     with pytest.raises(InputError, match=r"its frame has no column landing_across, entry_angle, .*status, is_slack"):
-        split_casts(CastDataset(Scenario(), 0, frame))
+        read(CastDataset(Scenario(), 0, frame))
+
+
+@pytest.mark.parametrize("read", READERS)
+@pytest.mark.parametrize(
+    ("column", "value", "said"),
+    [
+        ("distance", np.nan, "column distance of its frame is .*nan.* in row 3; it must be a finite number"),
+        ("wait", -np.inf, "column wait of its frame is .*-inf.* in row 3"),
+        (
+            "slack",
+            np.inf,
+            "column slack of its frame is .*inf.* in row 3; it must be a finite number, or nan of a cast",
+        ),
+        ("speed", "fast", "column speed of its frame is of type .*, no number"),
+        ("landing_along", [1, 2], "column landing_along of its frame is of type object, no number"),
+        ("status", "Landed", "column status of its frame is 'Landed' in row 3; it must be landed, diverged, "),
+        ("status", None, "column status of its frame is .* in row 3"),
+        ("is_slack", np.nan, "column is_slack of its frame is nan in row 3; it must be True or False"),
+        ("is_slack", "yes", "column is_slack of its frame is 'yes' in row 3"),
+    ],
+)
+def test_a_value_that_cannot_be_learned_from_is_one_line(read, column, value, said):
+    data = dataset()
+    data.frame[column] = data.frame[column].astype(object)
+    data.frame.at[3, column] = value
+    with pytest.raises(InputError, match=said) as caught:
+        read(data)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_column_that_is_there_twice_is_one_line():
+    frame = dataset().frame
+    with pytest.raises(InputError, match="its frame has 2 columns slack; keep one of them"):
+        split_casts(CastDataset(Scenario(), 0, pd.concat([frame, frame[["slack"]]], axis=1)))
+
+
+def test_columns_of_other_types_with_the_same_values_are_the_same_parts():
+    data = dataset(lost=[2, 300])
+    same = data.frame.convert_dtypes().astype({"status": "category", "is_slack": float})
+    one, other = split_casts(data), split_casts(CastDataset(Scenario(), 0, same))
+    for name in ("train", "validation"):
+        for left, right in zip(getattr(one, name), getattr(other, name), strict=True):
+            np.testing.assert_array_equal(left, right)

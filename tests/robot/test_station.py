@@ -14,6 +14,7 @@ from wam_cast.motion.stages import CastMotion
 from wam_cast.robot.forces import FRICTION_SPEED
 from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Scenario
+from wam_cast.visualization.viewer import open_meshcat
 
 CAST = Cast(0.3, 0.6, 0.1, bearing=0.4)
 PORTS = {
@@ -306,7 +307,7 @@ def test_arm_works_against_its_friction():
 
 def test_what_has_no_geometry_cannot_be_shown():
     with pytest.raises(InputError, match="leave has_scene=False out"):
-        CastStation(Scenario(), has_scene=False, meshcat=object())
+        CastStation(Scenario(), has_scene=False, meshcat=open_meshcat())
 
 
 def test_cast_is_set_without_touching_anything_else(contact_free):

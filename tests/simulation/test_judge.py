@@ -73,6 +73,26 @@ def test_sample_exactly_on_the_plane_is_the_crossing():
     assert find_crossing(track, 0.12).time == pytest.approx(0.1, abs=1e-9)
 
 
+def test_first_sample_at_the_plane_or_below_it_ends_the_search_wherever_it_lies():
+    # A track is random; its plane is at one of the samples, next to one by rounding, or between two.
+    rng = np.random.default_rng(0)
+    n_crossed = 0
+    for _ in range(3000):
+        n, offset = int(rng.integers(2, 8)), float(rng.choice([0.0, 0.0, 1e-17, -1e-17, 1e-3]))
+        times = np.cumsum(rng.uniform(1e-4, 0.02, size=n))
+        track = BallTrack(times, rng.uniform(-0.3, 0.9, size=(n, 3)), rng.uniform(-3, 3, size=(n, 3)))
+        height = track.p_WL[rng.integers(n), 2] + offset
+        z = track.p_WL[:, 2]
+        falls = [i for i in range(1, n) if z[i - 1] > height >= z[i]]
+        crossing = find_crossing(track, height)
+        assert (crossing is None) == (not falls)
+        if crossing is not None:
+            n_crossed += 1
+            assert times[falls[0] - 1] <= crossing.time <= times[falls[0]]
+            assert crossing.p_WL[2] == pytest.approx(height, abs=1e-9)
+    assert n_crossed > 1000
+
+
 @pytest.mark.parametrize(
     ("velocity", "angle"), [([0, 0, -2], 0), ([1, 0, -1], 45), ([0, -1, -1], 45), ([3, 4, 0], 90), ([0, 0, 1], 180)]
 )

@@ -1,5 +1,6 @@
 """A run's directory: phases that are finished are kept, and no other run's are taken for them."""
 
+import os
 import re
 import subprocess
 import sys
@@ -62,12 +63,70 @@ def test_a_phase_that_failed_leaves_nothing(tmp_path):
     assert directory.phase("a", Statistics, lambda: FOUND) == FOUND
 
 
-@pytest.mark.parametrize("content", ["", "{", "{}", '{"mean": 1}', "[]"])
-def test_a_broken_file_is_computed_again(tmp_path, content):
-    directory = begin(tmp_path)
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda text: "",
+        lambda text: "{",
+        lambda text: "[]",
+        lambda text: "[" * 100_000,
+        lambda text: text[: len(text) // 2],
+        lambda text: text.replace('"n":3', '"n":4'),
+        lambda text: text.replace("0.3333", "0.4333"),
+        lambda text: text.rstrip(),
+        lambda text: '{"n":3,"mean":0.5,"p95":null}',
+    ],
+)
+def test_a_phase_that_was_damaged_or_edited_is_set_aside_and_computed_again(tmp_path, caplog, spoil):
+    directory, file = begin(tmp_path), tmp_path / "phases" / "a.json"
     directory.phase("a", Statistics, lambda: FOUND)
-    (tmp_path / "phases" / "a.json").write_text(content)
-    assert directory.phase("a", Statistics, lambda: FOUND) == FOUND
+    assert not caplog.messages
+    whole = file.read_text()
+    for aside in ("a.json", "a-1.json"):
+        file.write_text(spoil(whole))
+        assert directory.phase("a", Statistics, lambda: FOUND) is FOUND
+        assert file.read_text() == whole
+        assert (tmp_path / "set_aside" / aside).read_text() == spoil(whole)
+    assert directory.phase("a", Statistics, never) == FOUND
+    first, _ = caplog.messages
+    assert first.endswith(
+        "a.json is not what was written there; it is now {}, and is computed again".format(
+            tmp_path / "set_aside" / "a.json"
+        )
+    )
+
+
+def test_a_flipped_bit_of_a_phase_is_noticed(tmp_path):
+    directory, file = begin(tmp_path), tmp_path / "phases" / "a.json"
+    directory.phase("a", Statistics, lambda: FOUND)
+    whole = file.read_bytes()
+    for position in range(len(whole)):
+        flipped = bytearray(whole)
+        flipped[position] ^= 1 << position % 8
+        file.write_bytes(flipped)
+        assert directory.phase("a", Statistics, lambda: FOUND) is FOUND
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="named pipes")
+def test_what_is_no_file_in_the_place_of_a_phase_is_set_aside(tmp_path):
+    directory, file = begin(tmp_path), tmp_path / "phases" / "a.json"
+    for make in (os.mkdir, os.mkfifo):
+        make(file)
+        assert directory.phase("a", Statistics, lambda: FOUND) is FOUND
+        file.unlink()
+    assert len(list((tmp_path / "set_aside").iterdir())) == 2
+
+
+@pytest.mark.parametrize(
+    "make", [os.mkdir, lambda lock: lock.symlink_to(lock), lambda lock: lock.symlink_to("/none/there")]
+)
+def test_a_lock_that_cannot_be_opened_is_one_line(tmp_path, make):
+    make(tmp_path / ".lock")
+    with pytest.raises(
+        InputError, match=r"its \.lock cannot be opened \(.*\); move it away, or choose another"
+    ) as caught:
+        begin(tmp_path)
+    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(
@@ -147,9 +206,18 @@ def test_what_cannot_be_written_says_so(tmp_path):
             begin(path)
 
 
-@pytest.mark.parametrize("content", ["[", "[]"])
+@pytest.mark.parametrize("content", ["[", "[]", "[" * 100_000, '{"a":' * 100_000])
 def test_settings_that_cannot_be_read_say_so(tmp_path, content):
     begin(tmp_path)
     (tmp_path / "settings.json").write_text(content)
     with pytest.raises(InputError, match="cannot be read"):
         begin(tmp_path)
+
+
+def test_a_message_repeats_no_more_of_a_value_than_one_reads(tmp_path):
+    begin(tmp_path)
+    for settings in ('{"seed":' + '{"a":' * 150 + "1" + "}" * 151, '{"seed": "%s"}' % ("x" * 5000)):
+        (tmp_path / "settings.json").write_text(settings)
+        with pytest.raises(InputError, match="another ") as caught:
+            begin(tmp_path)
+        assert len(str(caught.value)) < 400 + len(str(tmp_path))

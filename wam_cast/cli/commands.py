@@ -18,6 +18,7 @@ import typer
 import wam_cast as wc
 from wam_cast.cli import model_choice, options, results
 from wam_cast.cli.check import print_preview, require_workable
+from wam_cast.cli.mapping import write_map
 from wam_cast.cli.options import parse_cup
 from wam_cast.cli.output_files import ThrowFiles, check_picture
 from wam_cast.cli.results import Executed, plan_record, print_json, throw_record
@@ -89,7 +90,7 @@ def throw(
     """Plan a cast for each cup, execute them after each other in simulation, and report what became of the ball.
 
     Between two cups the arm lifts the ball out of the first, lets it hang at rest and turns to the second. With --cast nothing is
-    planned.
+    planned. If it is interrupted, the casts that are finished are reported, and shown by --replay.
     """
     cups = [parse_cup(text) for text in cup]
     files = ThrowFiles(replay, picture, animation)
@@ -283,19 +284,19 @@ def map_(
 ) -> None:
     """Plan and execute casts for cups all over the reachable floor, and draw it as a map.
 
-    The work is done when the map is drawn: the exit code is 0 whatever became of the balls.
+    The work is done when the map is drawn: the exit code is 0 whatever became of the balls. An interrupted map goes on when it is
+    started again: until it is drawn, finished casts are kept beside it, in FILE.png.unfinished.
     """
     check_picture(picture)
-    from wam_cast.experiments.floor_map import MapSize, map_floor
-    from wam_cast.experiments.floor_picture import write_floor_picture
+    from wam_cast.experiments.floor_map import MapSize
 
-    _, forward = model_choice.scenario_and_model(scenario, model, train)
     size = MapSize(radii, bearings, casts)
-    with phase_progress() as report:
-        floor = map_floor(
-            forward, size, method=planner, solver=solver, seed=seed, n_workers=workers, on_progress=report
-        )
-    write_floor_picture(floor, picture)
+    _, forward = model_choice.scenario_and_model(scenario, model, train)
+    chosen = {"scenario": scenario, "model": model, "planner": planner, "solver": solver, "seed": seed}
+    command = model_choice.command_line(
+        "map", out=picture, radii=radii, bearings=bearings, casts=casts, workers=workers, **chosen
+    )
+    floor = write_map(picture, forward, size, planner, solver, seed, workers, command)
     if as_json:
         print_json({"picture": str(picture), **floor.record()})
     else:

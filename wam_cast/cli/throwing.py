@@ -9,7 +9,7 @@ from wam_cast.cast import is_allowed
 from wam_cast.cli import options
 from wam_cast.cli.options import parse_cast
 from wam_cast.cli.output_files import ThrowFiles
-from wam_cast.cli.terminal import progress
+from wam_cast.cli.terminal import err, progress
 from wam_cast.errors import InputError
 from wam_cast.types import Position
 
@@ -50,11 +50,21 @@ def execute(
     files: ThrowFiles,
     on_outcome: Callable[[wc.Outcome], None],
 ) -> None:
-    """Execute casts after each other; if it is to be shown, to the end of the last return, and write what is wanted."""
+    """Execute casts after each other; if it is to be shown, to the end of the last return, and write what is wanted.
+
+    If that is interrupted, write what was recorded of it.
+    """
     if any(files):
-        simulator = wc.CastSimulator(robot, belief)
-        recordings = simulator.record_sequence(throws, noise_seed=seed, on_outcome=on_outcome)
-        files.write(recordings, [None if plan is None else plan.predicted_landing for plan in plans])
+        simulator, recordings = wc.CastSimulator(robot, belief), list[wc.CastRecording]()
+        landings = [None if plan is None else plan.predicted_landing for plan in plans]
+        try:
+            simulator.record_sequence(throws, noise_seed=seed, on_outcome=on_outcome, on_recording=recordings.append)
+        except KeyboardInterrupt:
+            if recordings:
+                err.print(f"interrupted: {len(recordings)} of {len(throws)} casts are shown")
+                files.write(recordings, landings[: len(recordings)])
+            raise
+        files.write(recordings, landings)
     else:
         casts, cups = [throw.cast for throw in throws], [throw.cup for throw in throws]
         wc.simulate_casts(robot, casts, cups, belief=belief, noise_seed=seed, on_outcome=on_outcome)

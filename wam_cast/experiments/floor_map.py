@@ -7,29 +7,47 @@ plane too.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import hashlib
+import json
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from contextlib import closing, nullcontext
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property, partial
+from itertools import islice
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from wam_cast.errors import InputError, checked_integer
-from wam_cast.experiments.frames import Record, records, to_plain
-from wam_cast.experiments.trials import Trial, execute, hits
+from wam_cast.experiments.frames import Record, Rows, records, to_plain
+from wam_cast.experiments.trials import Trial, executed_rows, hits, planned_row
 from wam_cast.parallel.seeds import Purpose, derived_seed
 from wam_cast.parallel.workers import Workers
 from wam_cast.planning.plan import Method, Plan, plan_cast
 from wam_cast.planning.prediction import Predictor
 from wam_cast.planning.reach import Reach
 from wam_cast.planning.solution import Planner, Solver
+from wam_cast.scenario import Scenario
+from wam_cast.storage.dataset_directory import current_versions
+from wam_cast.storage.run_directory import RunDirectory
+from wam_cast.types import checks_types
 
 OnProgress = Callable[[str, int, int], None]
+"""Takes what is being done, how much of it is done, and how much there is."""
 
 MOST_CASTS = 100_000
 """Of a map."""
-"""Takes what is being done, how much of it is done, and how much there is."""
+
+CASTS_PER_PART = 10
+"""That are kept together: few enough that an interrupted map loses little."""
+
+
+class UnfinishedMap(RunDirectory):
+    """The directory of a map that is not finished: its casts, part by part."""
+
+    kind = "map of the floor"
 
 
 @dataclass(frozen=True)
@@ -115,6 +133,7 @@ class FloorMap:
         return plain
 
 
+@checks_types
 def map_floor(
     model: Predictor,
     size: MapSize | None = None,
@@ -124,6 +143,7 @@ def map_floor(
     seed: int = 0,
     executor: Executor | Workers | None = None,
     n_workers: int | None = None,
+    directory: str | Path | None = None,
     on_progress: OnProgress = lambda *_: None,
 ) -> FloorMap:
     """Plan and execute casts for cups all over the region that the model reaches, in its scenario.
@@ -140,13 +160,17 @@ def map_floor(
         Draws the scenario's noise; every cast has its own.
     executor, n_workers
         Run the casts, see `.run_rows`; they make no difference to the map.
+    directory
+        Where finished casts are kept, ten by ten. A map that was interrupted goes on there, if its plans are the same. By default
+        they are kept in memory only.
     on_progress
         Called as plans and casts are done.
 
     Raises
     ------
     InputError
-        If there is no such method or solver, or the seed is no integer from 0 on.
+        If there is no such method or solver, the seed is no integer from 0 on, or the directory holds something else, is in use
+        or cannot be written.
     """
     size, reach, scenario = size or MapSize(), Reach.of(model), model.scenario
     seed = checked_integer("seed", seed, 0)
@@ -158,9 +182,9 @@ def map_floor(
     n_repeats = size.n_casts if scenario.noise.is_on else 1
     turned = [(plan, float(bearing)) for plan in plans for bearing in bearings for _ in range(n_repeats)]
     trials = [_trial(*pair, derived_seed(seed, Purpose.MAP, row)) for row, pair in enumerate(turned)]
-    on_progress("casting", 0, len(trials))
-    report = partial(on_progress, "casting")
-    casts = execute(scenario, trials, executor, n_workers, report=lambda done: report(done, len(trials)))
+    store = None if directory is None else UnfinishedMap(directory, _identity(scenario, trials, size, seed), scenario)
+    with store or nullcontext():
+        casts = _execute(scenario, trials, store, executor, n_workers, partial(on_progress, "casting"))
     return FloorMap(
         radii=(reach.nearest, reach.farthest),
         bearings=(reach.lowest, reach.highest),
@@ -169,6 +193,50 @@ def map_floor(
         seed=seed,
         casts=casts,
     )
+
+
+def _execute(
+    scenario: Scenario,
+    trials: Sequence[Trial],
+    store: UnfinishedMap | None,
+    executor: Executor | Workers | None,
+    n_workers: int | None,
+    report: Callable[[int, int], object],
+) -> pd.DataFrame:
+    """Return what became of the trials; those that are stored are not executed again, the others are stored."""
+    parts = [trials[start : start + CASTS_PER_PART] for start in range(0, len(trials), CASTS_PER_PART)]
+    kept = [None if store is None else store.found(f"casts-{i:05d}", Rows) for i in range(len(parts))]
+    todo = [trial for part, frame in zip(parts, kept, strict=True) if frame is None for trial in part]
+    n_kept = len(trials) - len(todo)
+    report(n_kept, len(trials))
+    with closing(executed_rows(scenario, todo, executor, n_workers)) as executed:
+        numbered = enumerate(executed, n_kept + 1)
+        for i, part in enumerate(parts):
+            if kept[i] is None:
+                rows = []
+                for done, row in islice(numbered, len(part)):
+                    rows.append(row)
+                    report(done, len(trials))
+                kept[i] = pd.DataFrame(rows)
+                if store is not None:
+                    store.keep(f"casts-{i:05d}", Rows, kept[i])
+    casts = pd.DataFrame([row for frame in kept if frame is not None for row in records(frame)])
+    casts["limits_hit"] = casts["limits_hit"].map(tuple)  # lists, where they come from a file
+    return casts
+
+
+def _identity(scenario: Scenario, trials: Sequence[Trial], size: MapSize, seed: int) -> Record:
+    """Return what must be the same for a map to go on: all that its casts and their predictions depend on."""
+    planned = json.dumps([planned_row(trial) for trial in trials], default=float)
+    return {
+        "scenario": scenario.model_dump(mode="json"),
+        "fingerprint": scenario.fingerprint,
+        **asdict(size),
+        "seed": seed,
+        "planner": None if trials[0].plan is None else trials[0].plan.method,
+        "model or solver": hashlib.sha256(planned.encode()).hexdigest()[:16],
+        "versions": current_versions(),
+    }
 
 
 def _trial(plan: Plan, bearing: float, noise_seed: int) -> Trial:

@@ -30,7 +30,7 @@ from wam_cast.parallel.workers import available_processors
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.outcome import Outcome, Status
 from wam_cast.simulation.simulator import CastSimulator
-from wam_cast.types import Array
+from wam_cast.types import Array, checks_types
 
 N_CASTS = 30
 
@@ -123,6 +123,7 @@ class Preview:
         return plain
 
 
+@checks_types
 def preview_scenario(scenario: Scenario, n_casts: int = N_CASTS, *, ends_early: bool = False) -> Preview:
     """Simulate a few random casts without a cup, and judge whether the scenario can work: a few seconds, and no model.
 

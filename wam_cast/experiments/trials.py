@@ -24,7 +24,7 @@ limits_hit              which limits the arm met
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Executor
 from contextlib import closing
 from dataclasses import asdict, dataclass
@@ -140,11 +140,20 @@ def execute(
     `executor` and `n_workers` run the casts as for `.run_rows`, and make no difference to what becomes of them.
     """
     rows: list[Record] = []
-    with closing(run_rows(partial(_execute, scenario, trials), range(len(trials)), executor, n_workers)) as outcomes:
-        for trial, outcome in zip(trials, outcomes, strict=True):
-            rows.append(trial_row(scenario, trial, outcome))
+    with closing(executed_rows(scenario, trials, executor, n_workers)) as executed:
+        for row in executed:
+            rows.append(row)
             report(len(rows))
     return pd.DataFrame(rows)
+
+
+def executed_rows(
+    scenario: Scenario, trials: Sequence[Trial], executor: Executor | Workers | None, n_workers: int | None = None
+) -> Generator[Record]:
+    """Yield the rows of `execute`, each as soon as it is known."""
+    with closing(run_rows(partial(_execute, scenario, trials), range(len(trials)), executor, n_workers)) as outcomes:
+        for trial, outcome in zip(trials, outcomes, strict=True):
+            yield trial_row(scenario, trial, outcome)
 
 
 def _execute(scenario: Scenario, trials: Sequence[Trial], row: int) -> Outcome:
@@ -154,6 +163,11 @@ def _execute(scenario: Scenario, trials: Sequence[Trial], row: int) -> Outcome:
 
 def trial_row(scenario: Scenario, trial: Trial, outcome: Outcome) -> Record:
     """Return a row of the frame."""
+    return {**planned_row(trial), **_executed(scenario, trial, outcome)}
+
+
+def planned_row(trial: Trial) -> Record:
+    """Return what of a row is known before the cast."""
     x, y = trial.position
     return {
         "label": trial.label,
@@ -164,7 +178,6 @@ def trial_row(scenario: Scenario, trial: Trial, outcome: Outcome) -> Record:
         **asdict(trial.cast),
         "noise_seed": trial.noise_seed,
         **(_NO_PLAN if trial.plan is None else _predicted(trial.plan, trial.cup)),
-        **_executed(scenario, trial, outcome),
     }
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from sklearn.base import clone
 
-from wam_cast.errors import InputError
+from wam_cast.errors import InputError, quoted
 from wam_cast.types import Array
 
 STEP = 0.01
@@ -42,7 +42,7 @@ class AnyRegressor:
     def __init__(self, regressor: Regressor, bounds: tuple[Array, Array]) -> None:
         if isinstance(regressor, type) or not (hasattr(regressor, "fit") and hasattr(regressor, "predict")):
             raise InputError(
-                f"estimator {regressor!r} is no regressor: give an instance with the methods fit and predict, "
+                f"estimator {quoted(regressor)} is no regressor: give an instance with the methods fit and predict, "
                 "such as sklearn.gaussian_process.GaussianProcessRegressor()"
             )
         self._regressor: Regressor = clone(regressor, safe=False)

@@ -24,7 +24,7 @@ from wam_cast.parallel.workers import Workers, run_rows
 from wam_cast.scenario import Scenario
 from wam_cast.storage.casts_part import SCHEMA, PartError, UnreadablePartError, concatenated
 from wam_cast.storage.dataset_directory import MOST_CASTS, DatasetDirectory, part_rows
-from wam_cast.types import Array
+from wam_cast.types import Array, checks_types
 
 Row = dict[str, Any]
 
@@ -35,6 +35,7 @@ MIN_SPLIT_CASTS = 34
 """Fewest rows that are split: 26 to train with, 6 to validate and 2 to test."""
 
 
+@checks_types
 @dataclass(frozen=True, eq=False)
 class CastDataset:
     """Casts that were drawn at random, and what became of them.
@@ -68,10 +69,14 @@ class CastDataset:
     frame: pd.DataFrame
     controller: str = DEFAULT_CONTROLLER
 
+    def __post_init__(self) -> None:
+        checked_integer("seed", self.seed, 0)
+
     def __len__(self) -> int:
         return len(self.frame)
 
     @classmethod
+    @checks_types
     def load(cls, directory: str | Path, scenario: Scenario | None = None) -> CastDataset:
         """Read the dataset that `generate_dataset` wrote; by default for the `scenario` that is stored with it.
 
@@ -129,6 +134,7 @@ class CastDataset:
         return train, validation, test
 
 
+@checks_types
 def generate_dataset(
     scenario: Scenario,
     n_casts: int = 1700,

@@ -19,13 +19,13 @@ from wam_cast.learning.hyperparameters import TuningResult, tune_by_lbfgs
 from wam_cast.learning.kernel_parameters import checked_regularization, checked_sigma
 from wam_cast.learning.kernel_ridge import KernelRidge
 from wam_cast.learning.losses import LeaveOneOutLoss
-from wam_cast.learning.model_file import Fit, StoredModel, read_model, write_model
+from wam_cast.learning.model_file import MOST_TRAINING_CASTS, Fit, StoredModel, read_model, write_model
 from wam_cast.learning.parts import Part, Parts, split_casts
 from wam_cast.learning.uncertainty import ConstantUncertainty, LandingUncertainty, held_out_scale
 from wam_cast.parallel.threads import one_thread
 from wam_cast.planning.prediction import ALONG, Linearization
 from wam_cast.scenario import Scenario
-from wam_cast.types import Array
+from wam_cast.types import Array, checks_types
 
 if TYPE_CHECKING:
     from wam_cast.learning.dataset import CastDataset
@@ -132,9 +132,13 @@ class ForwardModel:
             regularization = checked_regularization(regularization)
         except ValueError as error:
             raise InputError(f"estimator: {error}") from None
-        estimator = _estimator(data.scenario, (distance, speed, wait), regularization)
+        if len(train.X) > MOST_TRAINING_CASTS:
+            raise InputError(
+                f"dataset: {len(train.X)} training casts are too many for kernel ridge regression, whose matrix has a row and a "
+                f"column for each; give it {MOST_TRAINING_CASTS} at most"
+            )
         with one_thread():  # as when it is loaded, to the last digit
-            estimator.fit(train.X, train.y)
+            estimator = _fitted(data.scenario, (distance, speed, wait), regularization, train.X, train.y)
             leave_one_out = estimator.leave_one_out_residuals()[:, 0]
             uncertainty = LandingUncertainty.learn(estimator, validation.X, validation.landing)
 
@@ -182,6 +186,7 @@ class ForwardModel:
         """Return the landing along the casting plane [m] of a few casts, shape (n,), and its derivative in SI units, (n, 3)."""
         return self._landing_estimator.linearize(casts)
 
+    @checks_types
     def serves(self, scenario: Scenario) -> bool:
         """Return whether the model predicts the casts of `scenario`: the cup's shape may be another, and there may be noise.
 
@@ -189,6 +194,7 @@ class ForwardModel:
         """
         return self.scenario.fingerprint in (scenario.fingerprint, scenario.without_noise.fingerprint)
 
+    @checks_types
     def bound_to(self, scenario: Scenario, controller: str | None = None) -> Self:
         """Return the same model for plans in `scenario`, whose cup and noise count, to be executed by a controller of that name.
 
@@ -209,6 +215,7 @@ class ForwardModel:
         bound.reach = self._reach(scenario)
         return bound
 
+    @checks_types
     def save(self, path: str | Path) -> None:
         """Write the model to one file. Raises `.InputError` if that cannot be done; then nothing is left behind.
 
@@ -224,6 +231,7 @@ class ForwardModel:
         write_model(path, stored)
 
     @classmethod
+    @checks_types
     def load(cls, path: str | Path, scenario: Scenario | None = None, controller: str | None = None) -> Self:
         """Read a model that `save` wrote, to use it with `scenario` and a `controller` of that name, see `.controller_name`.
 
@@ -235,15 +243,14 @@ class ForwardModel:
             If the file cannot be read, is not a model, or was made for casts that differ from the scenario's or the controller's.
         """
         stored = read_model(path, None if scenario is None else scenario.arm.urdf)
-        estimator = _estimator(stored.scenario, stored.info.sigma, stored.info.regularization)
-        with one_thread():
-            estimator.fit(stored.training_casts, stored.training_outputs)
-            uncertainty = LandingUncertainty(estimator, stored.training_log_ratios, stored.uncertainty)
-        outputs, is_clean = stored.training_outputs, stored.training_is_clean
+        outputs, is_clean, info = stored.training_outputs, stored.training_is_clean, stored.info
         try:
-            model = cls(stored.scenario, estimator, uncertainty, outputs, is_clean, stored.info, stored.controller)
+            with one_thread():
+                estimator = _fitted(stored.scenario, info.sigma, info.regularization, stored.training_casts, outputs)
+                uncertainty = LandingUncertainty(estimator, stored.training_log_ratios, stored.uncertainty)
+            model = cls(stored.scenario, estimator, uncertainty, outputs, is_clean, info, stored.controller)
             return model.bound_to(stored.scenario if scenario is None else scenario, controller)
-        except InputError as error:
+        except (InputError, np.linalg.LinAlgError) as error:
             raise InputError(f"model {path}: {error}") from None
 
     def _reach(self, scenario: Scenario) -> tuple[float, float]:
@@ -273,8 +280,12 @@ def tune_model(scenario: Scenario, train: Part) -> TuningResult:
     return tune_by_lbfgs(loss, sigma0=[START_SIGMA] * train.X.shape[1])
 
 
-def _estimator(scenario: Scenario, sigma: tuple[float, ...], regularization: float) -> KernelRidge:
-    return KernelRidge(sigma=sigma, regularization=regularization, input_bounds=cast_bounds(scenario))
+def _fitted(scenario: Scenario, sigma: tuple[float, ...], regularization: float, X: Array, y: Array) -> KernelRidge:
+    estimator = KernelRidge(sigma=sigma, regularization=regularization, input_bounds=cast_bounds(scenario))
+    try:
+        return estimator.fit(X, y)
+    except np.linalg.LinAlgError as error:
+        raise InputError(f"estimator: {error}") from None
 
 
 def _counts(data: CastDataset, parts: Parts) -> dict[str, int]:

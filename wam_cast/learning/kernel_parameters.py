@@ -1,10 +1,11 @@
-"""What the parameters of `.KernelRidge` may be: checks that say what is allowed, and the scaling of its inputs."""
+"""What the parameters of `.KernelRidge` and its samples' weights may be: checks that say so, and the scaling of its inputs."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from wam_cast.errors import quoted
 from wam_cast.types import Array
 
 
@@ -25,9 +26,9 @@ def input_scale(X: Array, input_bounds: tuple[ArrayLike, ArrayLike] | None) -> t
         is_allowed = False
     if not is_allowed:
         raise ValueError(
-            f"input_bounds={input_bounds!r} is not allowed: it must be None or a pair (lower, upper), each finite, a number or one "
-            f"for each of the {n_features} inputs, with lower < upper; pass for example input_bounds=None to take the bounds from "
-            "the training inputs"
+            f"input_bounds={quoted(input_bounds)} is not allowed: it must be None or a pair (lower, upper), each finite, a number "
+            f"or one for each of the {n_features} inputs, with lower < upper; pass for example input_bounds=None to take the "
+            "bounds from the training inputs"
         )
     return lower.copy(), upper - lower
 
@@ -41,7 +42,7 @@ def checked_sigma(sigma: float | ArrayLike, n_features: int, *, name: str = "sig
         is_allowed = False
     if not is_allowed:
         raise ValueError(
-            f"{name}={sigma!r} is not allowed: it must be a finite number > 0, or one for each of the "
+            f"{name}={quoted(sigma)} is not allowed: it must be a finite number > 0, or one for each of the "
             f"{n_features} inputs, in units of the scaled inputs; pass for example {name}=0.35"
         )
     return np.broadcast_to(widths, n_features)
@@ -55,7 +56,25 @@ def checked_regularization(regularization: float) -> float:
         value = np.nan
     if not 0 <= value < np.inf:
         raise ValueError(
-            f"regularization={regularization!r} is not allowed: it must be a finite number >= 0; "
+            f"regularization={quoted(regularization)} is not allowed: it must be a finite number >= 0; "
             "pass for example regularization=1e-6"
         )
     return value
+
+
+def checked_sample_weight(sample_weight: float | ArrayLike, n_samples: int) -> Array:
+    """Return the weight of each sample, or raise a ValueError that says what is allowed."""
+    try:
+        weights = np.asarray(sample_weight, dtype=np.float64)
+        is_allowed = weights.shape in ((), (n_samples,)) and bool(np.all(np.isfinite(weights) & (weights >= 0)))
+    except (TypeError, ValueError):
+        is_allowed = False
+    if not is_allowed:
+        raise ValueError(
+            f"sample_weight={quoted(sample_weight)} is not allowed: it must be a finite number >= 0, or one for each of the "
+            f"{n_samples} samples; pass for example sample_weight=None to weigh all alike"
+        )
+    if not np.any(weights):
+        # The words of scikit-learn, by which its checks know the error.
+        raise ValueError("sample_weight: Sample weights must contain at least one non-zero number.")
+    return np.broadcast_to(weights, n_samples).copy()

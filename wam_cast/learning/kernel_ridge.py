@@ -20,7 +20,12 @@ from sklearn.base import BaseEstimator, MultiOutputMixin, RegressorMixin
 from sklearn.utils.validation import check_is_fitted, validate_data
 
 from wam_cast.deprecation import renamed
-from wam_cast.learning.kernel_parameters import checked_regularization, checked_sigma, input_scale
+from wam_cast.learning.kernel_parameters import (
+    checked_regularization,
+    checked_sample_weight,
+    checked_sigma,
+    input_scale,
+)
 from wam_cast.types import Array
 
 
@@ -28,7 +33,8 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
     """Kernel ridge regression with a Gaussian kernel on scaled inputs (section 2.4 of the paper).
 
     The prediction is `m(x) = y_mean + k(x)^T (K + λ I)^-1 (Y - y_mean)` with the kernel `k(x, x') = exp(-||x - x'||^2 / σ^2)`,
-    without the factor 2 that is usual elsewhere. Distances are measured between inputs scaled to the unit cube.
+    without the factor 2 that is usual elsewhere. Distances are measured between inputs scaled to the unit cube. With weights of
+    the samples, `w`, there is `λ / w_i` for row i in the place of λ, and `y_mean` is the weighted mean.
 
     Parameters
     ----------
@@ -50,7 +56,9 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
     Attributes
     ----------
     X_fit_ : ndarray of shape (n_samples, n_features)
-        The training inputs, in their original units.
+        The training inputs, in their original units, without those of weight 0.
+    sample_weight_ : ndarray of shape (n_samples,)
+        Their weights, 1 where none were given.
     dual_coef_ : ndarray of shape (n_samples,) or (n_samples, n_outputs)
         `(K + λ I)^-1 (Y - y_mean)`, in units of the targets.
     cholesky_ : ndarray of shape (n_samples, n_samples)
@@ -91,30 +99,38 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         self.input_bounds = input_bounds
         self.center_targets = center_targets
 
-    def fit(self, X: ArrayLike, y: ArrayLike) -> Self:
+    def fit(self, X: ArrayLike, y: ArrayLike, sample_weight: float | ArrayLike | None = None) -> Self:
         """Fit to training inputs X, shape (n_samples, n_features), and targets y, shape (n_samples,) or (n_samples, n_outputs).
 
-        They may have any units: inputs are scaled here.
+        They may have any units: inputs are scaled here. `sample_weight`, a number or shape (n_samples,), is by how much the squared
+        error of each sample counts, as in `sklearn.kernel_ridge.KernelRidge`: a sample of weight 2 counts as if it was there
+        twice, one of weight 0 as if it was not there. By default all have weight 1.
 
         Raises
         ------
         ValueError
-            If a parameter, or the shape or a value of `X` or `y`, is not allowed.
+            If a parameter, or the shape or a value of `X`, `y` or `sample_weight`, is not allowed.
         numpy.linalg.LinAlgError
             If `K + λ I` is singular to working precision.
         """
         # A copy, so that the model does not change when its caller's array does.
         X_fit, y_fit = validate_data(self, X, y, dtype=np.float64, copy=True, multi_output=True, y_numeric=True)
         y_fit = np.asarray(y_fit, dtype=np.float64)
+        weights = None if sample_weight is None else checked_sample_weight(sample_weight, len(X_fit))
+        if weights is not None:
+            counts = weights > 0
+            X_fit, y_fit, weights = X_fit[counts], y_fit[counts], weights[counts]
         sigma = checked_sigma(self.sigma, X_fit.shape[1])
         self.regularization_ = checked_regularization(self.regularization)
         self.input_offset_, input_range = input_scale(X_fit, self.input_bounds)
         self.length_scale_ = input_range * sigma
         self.center_targets_ = bool(self.center_targets)
-        self.target_mean_ = np.asarray(y_fit.mean(axis=0) if self.center_targets_ else np.zeros(y_fit.shape[1:]))
+        mean = np.average(y_fit, axis=0, weights=weights) if self.center_targets_ else np.zeros(y_fit.shape[1:])
+        self.target_mean_ = np.asarray(mean)
         self.X_fit_: Array = X_fit
+        self.sample_weight_: Array = np.ones(len(X_fit)) if weights is None else weights
         Z_fit = self._scale(X_fit)
-        self.cholesky_, _ = factorize(gaussian_kernel(Z_fit, Z_fit), self.regularization_)
+        self.cholesky_, _ = factorize(gaussian_kernel(Z_fit, Z_fit), self.regularization_, self.sample_weight_)
         self.dual_coef_: Array = cho_solve((self.cholesky_, True), y_fit - self.target_mean_)
         return self
 
@@ -190,6 +206,7 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         Learning, Eq. 2.26). The scale `s`, one for each output, makes the leave-one-out residuals of the training rows as
         large as predicted on average, where `s^2 / [(K + λ I)^-1]_ii` is predicted of the squared residual of row i (their
         section 5.4.2); after a fit to a single row there are none: a ValueError. The uncertainty of the targets' mean is left out.
+        With weights, the noise of training row i has variance `s^2 λ / w_i`, and that of new targets is of weight 1.
         """
         X_valid = self._validate(X)
         K = gaussian_kernel(self._scale(self.X_fit_), self._scale(X_valid))
@@ -210,8 +227,9 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
 
         The closed form `[(K + λ I)^-1 (y - b)]_i / [(K + λ I)^-1]_ii` holds for any constant offset `b` (Rasmussen and Williams,
         Gaussian Processes for Machine Learning, Eq. 5.12). With `center_targets` it is evaluated at the mean of the other rows'
-        targets, which makes it exact there too. The scaling of the inputs is that of this fit: refits agree exactly if given
-        `input_bounds`; without, they would move the scale whenever the row left out holds the least or greatest value of an input.
+        targets, which makes it exact there too. With weights, `λ / w_i` is in the place of λ, and that mean is weighted. The
+        scaling of the inputs is that of this fit: refits agree exactly if given `input_bounds`; without, they would move the scale
+        whenever the row left out holds the least or greatest value of an input.
 
         Returns
         -------
@@ -237,8 +255,10 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         dual_coef = self.dual_coef_.reshape(n_samples, -1)
         if self.center_targets_:
             Z_fit = self._scale(self.X_fit_)
-            y_centered = gaussian_kernel(Z_fit, Z_fit) @ dual_coef + self.regularization_ * dual_coef
-            mean_minus_mean_of_others = y_centered / (n_samples - 1)
+            weight = self.sample_weight_[:, np.newaxis]
+            weight_of_others = (1.0 - np.eye(n_samples)) @ weight  # a difference of sums would lose a small one
+            y_centered = gaussian_kernel(Z_fit, Z_fit) @ dual_coef + self.regularization_ / weight * dual_coef
+            mean_minus_mean_of_others = weight * y_centered / weight_of_others
             dual_ones = cho_solve((self.cholesky_, True), np.ones((n_samples, 1)))
             dual_coef = dual_coef + mean_minus_mean_of_others * dual_ones
         inverse_lower = solve_triangular(self.cholesky_, np.eye(n_samples), lower=True)
@@ -268,10 +288,11 @@ def gaussian_kernel(Z: Array, Z_fit: Array) -> Array:
     return np.exp(K, out=K)
 
 
-def factorize(K: Array, regularization: float) -> tuple[Array, bool]:
+def factorize(K: Array, regularization: float, weights: float | Array = 1.0) -> tuple[Array, bool]:
     """Factorize `K + λ I` for `scipy.linalg.cho_solve`: the lower Cholesky factor, with anything above its diagonal, and True.
 
-    `K` is the symmetric kernel matrix of the training inputs, shape (n_samples, n_samples), and is left as it is.
+    `K` is the symmetric kernel matrix of the training inputs, shape (n_samples, n_samples), and is left as it is. `weights` of the
+    samples, a number or shape (n_samples,), divide λ.
 
     Raises
     ------
@@ -280,7 +301,7 @@ def factorize(K: Array, regularization: float) -> tuple[Array, bool]:
     """
     # Transposed, which changes nothing of a symmetric matrix, it is in LAPACK's order already.
     A = K.copy().T
-    np.fill_diagonal(A, K.diagonal() + regularization)
+    np.fill_diagonal(A, K.diagonal() + regularization / weights)
     advice = (
         f"the kernel matrix of {len(K)} training rows is singular to working precision with "
         f"regularization={regularization:g}: raise regularization (1e-10 is enough), "

@@ -4,31 +4,56 @@ from __future__ import annotations
 
 import io
 import json
-import tokenize
+import struct
 import zipfile
 import zlib
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
+from numpy.lib import format as npy
 from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, NonNegativeInt, ValidationError
 
-from wam_cast.errors import InputError
-from wam_cast.learning.uncertainty import ErrorFit
+from wam_cast.errors import InputError, describe_validation
+from wam_cast.learning.uncertainty import ErrorFit, NotNegative, Positive
 from wam_cast.planning.prediction import OUTPUTS
 from wam_cast.scenario import Scenario
 from wam_cast.storage.atomic import write_file
+from wam_cast.text_file import read_bytes
 from wam_cast.types import Array
 
 FORMAT = "wam_cast forward model 5"
 
-ARRAYS = ("training_casts", "training_outputs", "training_is_clean", "training_log_ratios")
-"""What the archive holds beside its header: fields of `StoredModel`."""
+WIDTHS = {
+    "training_casts": (3,),
+    "training_outputs": (len(OUTPUTS),),
+    "training_is_clean": (),
+    "training_log_ratios": (),
+}
+"""What the archive holds beside its header: fields of `StoredModel`, each with the shape of its rows."""
 
-OTHER_VALUES = (ValueError, TypeError, LookupError, AttributeError)
-NOT_AN_ARCHIVE = (*OTHER_VALUES, OSError, EOFError, zipfile.BadZipFile, zlib.error, SyntaxError, tokenize.TokenError)
-"""What JSON, zip and numpy raise for bytes that are something else."""
+MOST_TRAINING_CASTS = 50_000
+"""A kernel matrix of more would not fit into memory."""
+
+LARGEST_MEMBER = 8_000_000
+"""Bytes that a member of the archive may unpack to, more than an array of `MOST_TRAINING_CASTS` or a header takes."""
+
+LARGEST_VALUE = 1e6
+"""In SI units no cast has a larger number."""
+
+NOT_AN_ARCHIVE = (
+    ValueError,
+    LookupError,
+    OSError,
+    EOFError,
+    RuntimeError,
+    zipfile.BadZipFile,
+    zlib.error,
+    struct.error,
+)
+"""What zip and numpy raise for bytes that are something else, or damaged."""
 
 
 @dataclass(frozen=True)
@@ -51,13 +76,13 @@ class Fit:
     """
 
     seed: int
-    n_train: int
-    n_validation: int
-    n_test: int
-    sigma: tuple[float, float, float]
-    regularization: float
-    leave_one_out_rmse: float
-    validation_rmse: float
+    n_train: Annotated[int, Field(ge=2, le=MOST_TRAINING_CASTS)]
+    n_validation: NonNegativeInt
+    n_test: NonNegativeInt
+    sigma: tuple[Positive, Positive, Positive]
+    regularization: NotNegative
+    leave_one_out_rmse: NotNegative
+    validation_rmse: NotNegative
     test_rmse: float
 
 
@@ -75,6 +100,24 @@ class StoredModel(NamedTuple):
     controller: str
 
 
+class _Written(BaseModel):
+    """The one field of a header that every version has."""
+
+    format: str
+
+
+class _Header(_Written):
+    """What is kept as JSON."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    fingerprint: str
+    scenario: dict[str, Any]
+    info: Fit
+    uncertainty: ErrorFit
+    controller: str
+
+
 def write_model(path: str | Path, model: StoredModel) -> None:
     """Write a model to one file. Raises `.InputError` if that cannot be done; then nothing is left behind."""
     header = {
@@ -86,7 +129,7 @@ def write_model(path: str | Path, model: StoredModel) -> None:
         "controller": model.controller,
     }
     content = io.BytesIO()
-    np.savez_compressed(content, header=np.array(json.dumps(header)), **{name: getattr(model, name) for name in ARRAYS})
+    np.savez_compressed(content, header=np.array(json.dumps(header)), **{name: getattr(model, name) for name in WIDTHS})
     write_file(path, content.getvalue())
 
 
@@ -96,48 +139,72 @@ def read_model(path: str | Path, arm_file: str | None = None) -> StoredModel:
     Raises
     ------
     InputError
-        If the file cannot be read, is not a model, or its scenario is not what it was: the arm's model and the version count too.
+        If the file cannot be read, is damaged or no model, or its scenario is not what it was: the arm's model and the version
+        count too.
     """
     try:
-        content = Path(path).read_bytes()
+        content = read_bytes(path, LARGEST_MEMBER)
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise InputError(f"model {path}: {reason}; name a file that wam-cast fit wrote") from None
     try:
-        with np.load(io.BytesIO(content), allow_pickle=False) as file:
-            header = json.loads(str(file["header"]))
-            arrays = [np.asarray(file[name], dtype=float) for name in ARRAYS if name in file]
-        written_as = str(header["format"])
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            text = str(_read_array(archive, "header"))
+            written_as = _Written.model_validate_json(text).format
+            arrays = {name: _read_array(archive, name) for name in WIDTHS} if written_as == FORMAT else {}
     except NOT_AN_ARCHIVE:
-        raise _not_a_model(path) from None
+        raise InputError(
+            f"model {path}: not a model file, or a damaged one; name one that wam-cast fit wrote, or fit it anew"
+        ) from None
     if written_as != FORMAT:
         raise InputError(
             f"model {path}: is a {written_as!r}, this version reads {FORMAT!r}; fit it anew with: wam-cast fit DATASET --out FILE"
         )
     try:
-        values, fingerprint = header["scenario"], str(header["fingerprint"])
-        if arm_file is not None:
-            values["arm"]["urdf"] = arm_file
-        info = Fit(**header["info"] | {"sigma": tuple(float(sigma) for sigma in header["info"]["sigma"])})
-        uncertainty = ErrorFit(**header["uncertainty"] | {"sigma": tuple(header["uncertainty"]["sigma"])})
-        controller = str(header["controller"])
-    except OTHER_VALUES:
-        raise _not_a_model(path) from None
-    n = info.n_train
-    if [array.shape for array in arrays] != [(n, 3), (n, len(OUTPUTS)), (n,), (n,)]:
-        raise _not_a_model(path)
+        header = _Header.model_validate_json(text)
+        for name, array in arrays.items():
+            _check_array(name, array, header.info.n_train)
+    except ValueError as error:
+        reason = describe_validation(error) if isinstance(error, ValidationError) else str(error)
+        raise InputError(f"model {path}: {reason}, which wam-cast fit does not write; fit it anew") from None
+    if arm_file is not None and isinstance(arm := header.scenario.get("arm"), dict):
+        arm["urdf"] = arm_file
     try:
-        scenario = Scenario.from_dict(values)
+        scenario = Scenario.from_dict(header.scenario)
     except InputError as error:
         raise InputError(f"model {path}: its scenario cannot be used now ({error}); fit it anew") from None
-    if scenario.fingerprint != fingerprint:
+    if scenario.fingerprint != header.fingerprint:
         raise InputError(
             f"model {path}: made with another model of the arm or another version of wam_cast "
-            f"({fingerprint}, now {scenario.fingerprint}); fit it anew with: wam-cast fit"
+            f"({header.fingerprint}, now {scenario.fingerprint}); fit it anew with: wam-cast fit"
         )
-    casts, outputs, is_clean, log_ratios = arrays
-    return StoredModel(scenario, casts, outputs, is_clean != 0, log_ratios, info, uncertainty, controller)
+    return StoredModel(
+        scenario, **arrays, info=header.info, uncertainty=header.uncertainty, controller=header.controller
+    )
 
 
-def _not_a_model(path: str | Path) -> InputError:
-    return InputError(f"model {path}: not a model file; name one that wam-cast fit wrote")
+def _read_array(archive: zipfile.ZipFile, name: str) -> NDArray[Any]:
+    """Return an array of an archive; raises one of `NOT_AN_ARCHIVE` if its checksum or anything else is wrong.
+
+    By hand, since `np.load` makes room for whatever a file says that it holds, and reads past no array's end to its checksum.
+    """
+    member = archive.getinfo(f"{name}.npy")
+    if member.file_size > LARGEST_MEMBER or member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+        raise ValueError
+    with archive.open(member) as file:
+        content = file.read(LARGEST_MEMBER)
+    stream = io.BytesIO(content)
+    if npy.read_magic(stream) != (1, 0):
+        raise ValueError
+    shape, is_fortran, dtype = npy.read_array_header_1_0(stream)
+    array = np.frombuffer(content, dtype, offset=stream.tell())  # refuses objects, which would be a pickle
+    return array.reshape(shape, order="F" if is_fortran else "C").copy("K")
+
+
+def _check_array(name: str, array: NDArray[Any], n_train: int) -> None:
+    """Raise `ValueError` unless the array is what a model of so many training casts has."""
+    shape, dtype = (n_train, *WIDTHS[name]), np.dtype(bool if name == "training_is_clean" else float)
+    if (array.shape, array.dtype) != (shape, dtype):
+        raise ValueError(f"{name} is of shape {array.shape} and type {array.dtype}, not {shape} and {dtype}")
+    if not np.all(np.abs(array) <= LARGEST_VALUE):
+        raise ValueError(f"{name} holds {array[~(np.abs(array) <= LARGEST_VALUE)][0]:g}")

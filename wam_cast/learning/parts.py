@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wam_cast.cast import PARAMETERS
-from wam_cast.errors import InputError
+from wam_cast.errors import InputError, quoted
 from wam_cast.planning.prediction import OUTPUTS
 from wam_cast.types import Array
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from wam_cast.learning.dataset import CastDataset
 
+COLUMNS = (*PARAMETERS, *OUTPUTS, "status", "is_slack")
+"""What is learned from."""
 
 REMEDIES = {
     "diverged": "the simulation diverged; choose lower controller.kp and kd, or a shorter simulation.max_step",
@@ -71,13 +75,15 @@ def split_casts(data: CastDataset) -> Parts:
     Raises
     ------
     InputError
-        If the dataset lacks a column or has fewer than 34 casts, or fewer than 2 casts of a part came down to the rim plane.
+        If it is no dataset, it lacks a column, a column holds what it cannot, there are fewer than 34 casts, or fewer than 2 casts
+        of a part came down to the rim plane.
     """
-    missing = [name for name in (*PARAMETERS, *OUTPUTS, "status", "is_slack") if name not in data.frame]
-    if missing:
-        raise InputError(
-            f"dataset: its frame has no column {', '.join(missing)}; give it what `.CastDataset.frame` lists"
-        )
+    # Whoever has a dataset has loaded pandas; a model that was fitted before does without.
+    from wam_cast.learning.dataset import CastDataset
+
+    if not isinstance(data, CastDataset):
+        raise InputError(f"data = {quoted(data)} must be a CastDataset")
+    _check_frame(data.frame)
     train, validation, test = (_usable(data, rows) for rows in data.split())
     for name, part in (("training", train), ("validation", validation), ("test", test)):
         if len(part.X) < 2:
@@ -86,6 +92,40 @@ def split_casts(data: CastDataset) -> Parts:
                 + "; ".join(["casts, or change the scenario's motion or bounds", *describe_failed_casts(data)])
             )
     return Parts(train, validation, test)
+
+
+def _check_frame(frame: pd.DataFrame) -> None:
+    """Raise `.InputError` unless all that is learned from is there: a frame may be anybody's."""
+    missing = [name for name in COLUMNS if name not in frame]
+    if missing:
+        raise InputError(
+            f"dataset: its frame has no column {', '.join(missing)}; give it what `.CastDataset.frame` lists"
+        )
+    for name in COLUMNS:
+        column = frame[name]
+        if column.ndim > 1:
+            raise InputError(f"dataset: its frame has {column.shape[1]} columns {name}; keep one of them")
+        is_allowed, rule = _allowed(name, column)
+        if not is_allowed.all():
+            row = int(np.argmin(is_allowed))
+            raise InputError(
+                f"dataset: column {name} of its frame is {quoted(column.iloc[row])} in row {row}; it must be {rule}"
+            )
+
+
+def _allowed(name: str, column: pd.Series[Any]) -> tuple[NDArray[np.bool_], str]:
+    """Return which values of a column may be, shape (n,), and what they must be in words."""
+    if name == "status":
+        return column.isin(["landed", *REMEDIES]).to_numpy(dtype=bool), f"landed, {', '.join(REMEDIES)}"
+    if name == "is_slack":
+        return column.isin([True, False]).to_numpy(dtype=bool), "True or False"
+    try:
+        values = column.to_numpy(dtype=float, na_value=np.nan)
+    except (TypeError, ValueError):
+        raise InputError(f"dataset: column {name} of its frame is of type {column.dtype}, no number") from None
+    if name in PARAMETERS:
+        return np.isfinite(values), "a finite number"
+    return ~np.isinf(values), "a finite number, or nan of a cast that did not land"
 
 
 def _usable(data: CastDataset, rows: NDArray[np.intp]) -> Part:
@@ -101,9 +141,11 @@ def _usable(data: CastDataset, rows: NDArray[np.intp]) -> Part:
 def failed_casts(data: CastDataset) -> dict[str, dict[str, int]]:
     """Return, by the status of casts that failed, how many there are (`casts`) and how many of them are learned from (`learned`).
 
-    Whatever landed is learned from; a cast that met a limit counts as one that the arm cannot do.
+    Whatever landed is learned from; a cast that met a limit counts as one that the arm cannot do. Raises `.InputError` as
+    `split_casts` does of a frame.
     """
     frame = data.frame
+    _check_frame(frame)
     is_learned = frame[list(OUTPUTS)].notna().all(axis=1)
     failed = {status: (frame["status"] == status).to_numpy() for status in REMEDIES}
     return {

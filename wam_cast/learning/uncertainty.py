@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
+from pydantic import Field
 from scipy.special import stdtrit
 
 from wam_cast.learning.hyperparameters import REGULARIZATION_BOUNDS, tune_by_lbfgs
@@ -39,6 +41,11 @@ LEAST_EIGENVALUE = 1e-2
 """Of the kernel matrix, in units of lambda, down to which its eigenvectors are kept."""
 
 
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+"""What a file may say; who computes such a number is not asked."""
+
+
 @dataclass(frozen=True)
 class ErrorFit:
     """What `LandingUncertainty` learned.
@@ -51,9 +58,9 @@ class ErrorFit:
         By which the errors of held-out casts are larger than predicted without it; see `held_out_scale`.
     """
 
-    sigma: tuple[float, ...]
-    regularization: float
-    scale: float
+    sigma: tuple[Positive, Positive, Positive]
+    regularization: NotNegative
+    scale: Positive
 
 
 class LandingUncertainty:
@@ -94,8 +101,10 @@ class LandingUncertainty:
         tuned = tune_by_lbfgs(
             loss, sigma0=CORRECTION_START_SIGMA, regularization0=least, regularization_bounds=(least, most)
         )
-        sigma = (float(tuned.sigma),) * X.shape[1]
-        uncertainty = cls(estimator, log_ratios, ErrorFit(sigma, float(tuned.regularization), scale=1.0))
+        sigma = float(tuned.sigma)
+        uncertainty = cls(
+            estimator, log_ratios, ErrorFit((sigma, sigma, sigma), float(tuned.regularization), scale=1.0)
+        )
         normalized = (estimator.predict(X)[:, 0] - landing) / uncertainty.std(X)
         uncertainty.fit = replace(uncertainty.fit, scale=held_out_scale(normalized))
         return uncertainty

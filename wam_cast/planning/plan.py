@@ -8,7 +8,7 @@ from typing import Literal, get_args
 
 from wam_cast.cast import Cast, checked_cup
 from wam_cast.deprecation import renamed
-from wam_cast.errors import InputError
+from wam_cast.errors import InputError, quoted
 from wam_cast.parallel.threads import one_thread
 from wam_cast.planning.cast_prediction import Prediction
 from wam_cast.planning.free_ball import describe_hanging, describe_unreached
@@ -17,7 +17,7 @@ from wam_cast.planning.landing_distribution import LandingStd
 from wam_cast.planning.prediction import Predictor
 from wam_cast.planning.reach import Reach, checked_polar
 from wam_cast.planning.solution import LONGEST_MISS, SOLVERS, Planner, Solver, checked_solution
-from wam_cast.types import Array, Position
+from wam_cast.types import Array, Position, checks_types
 
 Method = Literal["program", "gradient"]
 
@@ -98,6 +98,7 @@ class Plan:
     clear_entry_probability = renamed("clear_entry_probability", "rim_clear_probability")
 
 
+@checks_types
 def plan_cast(
     model: Predictor, cup: Position, method: Method | Planner = "program", solver: Solver | None = None
 ) -> Plan:
@@ -157,13 +158,13 @@ def _checked_name(method: Method | Planner, solver: Solver | None) -> str:
     """Return the planner's name, if there is such a planner and such a solver of it."""
     if not callable(method) and method not in METHODS:
         raise InputError(
-            f"planner {method!r} is not known: choose {' or '.join(METHODS)}, or give a function of model and radius"
+            f"method: planner {quoted(method)} is not known: choose {' or '.join(METHODS)}, or give a function of model and radius"
         )
     name = getattr(method, "__name__", type(method).__name__) if callable(method) else method
     if solver is not None and method != "program":
-        raise InputError(f"solver {solver!r}: the planner {name!r} has none; leave it out, or plan by program")
+        raise InputError(f"solver {quoted(solver)}: the planner {name!r} has none; leave it out, or plan by program")
     if solver not in (None, *SOLVERS):
-        raise InputError(f"solver {solver!r} is not known: choose {', '.join(SOLVERS)}")
+        raise InputError(f"solver {quoted(solver)} is not known: choose {', '.join(SOLVERS)}")
     return name
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array
@@ -36,6 +36,7 @@ class Linearization(NamedTuple):
     """Its derivative, shape (3,)."""
 
 
+@runtime_checkable
 class Predictor(Protocol):
     """What planners know of a forward model. It works in the casting plane; casts are rows `[distance, speed, wait]`."""
 

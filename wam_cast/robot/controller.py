@@ -19,7 +19,7 @@ from wam_cast.robot.drake_types import declare_cache_entry, evaluate
 from wam_cast.robot.plant import N_ARM, make_arm_plant, starting_posture
 from wam_cast.robot.python_system import PythonSystem
 from wam_cast.scenario import Scenario
-from wam_cast.types import Array
+from wam_cast.types import Array, checks_types
 
 
 class MeasuredArm:
@@ -107,6 +107,7 @@ class ArmController(PythonSystem):
         As given, and the controller's own model of the arm.
     """
 
+    @checks_types
     def __init__(self, scenario: Scenario) -> None:
         super().__init__()
         self.scenario = scenario

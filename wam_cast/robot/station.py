@@ -30,7 +30,7 @@ from wam_cast.robot.noise import TorqueNoise, executed_cast, swing_at_start
 from wam_cast.robot.plant import HOOK, fill_plant, hanging_positions, make_arm_plant, starting_posture
 from wam_cast.robot.station_state import StationState
 from wam_cast.scenario import Scenario
-from wam_cast.types import Array, Position
+from wam_cast.types import Array, Position, checks_types
 
 CONTROLLER_PORTS = ("hand", "hand_desired", "stage")
 """Output ports of the controller that are exported if it has them."""
@@ -106,6 +106,7 @@ class CastStation:
         The diagram and its parts; `scene_graph` is none without geometry, `ball_tracker` without a ball.
     """
 
+    @checks_types
     def __init__(
         self,
         scenario: Scenario,

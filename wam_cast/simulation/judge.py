@@ -181,7 +181,8 @@ def find_crossing(track: BallTrack, height: float) -> Crossing | None:
     pair = slice(falling[0], falling[0] + 2)
     times = track.times[pair]
     path = CubicHermiteSpline(times, track.p_WL[pair], track.v_WL[pair])
-    time = float(brentq(lambda t: path(t)[2] - height, times[0], times[1], xtol=1e-12))
+    is_down = path(times[1])[2] <= height  # rounding may say no of a sample in the plane itself
+    time = float(brentq(lambda t: path(t)[2] - height, *times, xtol=1e-12) if is_down else times[1])
     return Crossing(time, path(time), path(time, 1))
 
 

@@ -7,18 +7,28 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from wam_cast.cast import Cast
+from wam_cast.cast import Cast, checked_cup
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.outcome import Outcome
-from wam_cast.types import Array, Position
+from wam_cast.types import Array, Position, checks_types
 
 
+@checks_types
 @dataclass(frozen=True)
 class Throw:
-    """One of the casts that follow each other: the cast, and world (x, y) [m] of the axis of the cup that it is for."""
+    """One of the casts that follow each other: the cast, and world (x, y) [m] of the axis of the cup that it is for.
+
+    Raises
+    ------
+    InputError
+        If it is no cast, or the cup is not a pair of finite numbers.
+    """
 
     cast: Cast
     cup: Position
+
+    def __post_init__(self) -> None:
+        checked_cup(self.cup)
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,7 +30,7 @@ from wam_cast.simulation.loop_stability import check_loop
 from wam_cast.simulation.outcome import Outcome, Status
 from wam_cast.simulation.recording import CastRecording, Throw
 from wam_cast.simulation.rest_of_drop import RestOfDrop
-from wam_cast.types import Position
+from wam_cast.types import Position, checks_types
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +56,7 @@ class CastSimulator:
         of `.CastController` are unstable at its period and delay.
     """
 
+    @checks_types
     def __init__(
         self,
         scenario: Scenario,
@@ -87,6 +88,7 @@ class CastSimulator:
         """How the contact-free phase is integrated, in which steps, and what a cast is expected to cost."""
         return self._contact_free.integration
 
+    @checks_types
     def simulate(self, cast: Cast, cup: Position | None = None, *, noise_seed: int = 0) -> Outcome:
         """Simulate `cast`: with a cup at world (x, y) [m] until the ball rests or has missed, else to the landing.
 
@@ -94,6 +96,7 @@ class CastSimulator:
         """
         return self._simulate(cast, cup, noise_seed).outcome
 
+    @checks_types
     def record(
         self, cast: Cast, cup: Position | None = None, *, noise_seed: int = 0, returns: bool = True
     ) -> CastRecording:
@@ -106,6 +109,7 @@ class CastSimulator:
             simulated = self._go_home(simulated)
         return self._recording(simulated)
 
+    @checks_types
     def simulate_sequence(
         self, throws: Sequence[Throw], *, noise_seed: int = 0, on_outcome: Callable[[Outcome], None] | None = None
     ) -> list[Outcome]:
@@ -126,16 +130,25 @@ class CastSimulator:
                 on_outcome(simulated.outcome)
         return outcomes
 
+    @checks_types
     def record_sequence(
-        self, throws: Sequence[Throw], *, noise_seed: int = 0, on_outcome: Callable[[Outcome], None] | None = None
+        self,
+        throws: Sequence[Throw],
+        *,
+        noise_seed: int = 0,
+        on_outcome: Callable[[Outcome], None] | None = None,
+        on_recording: Callable[[CastRecording], None] | None = None,
     ) -> list[CastRecording]:
         """Simulate `throws` as `simulate_sequence` does, on to the end of the last return, and keep all of it.
 
-        Each recording begins with the state that the one before it ended with, if its ball was caught.
+        Each recording begins with the state that the one before it ended with, if its ball was caught. `on_recording` is called
+        with each as soon as it is complete.
         """
         recordings = []
         for simulated in self._sequence(throws, noise_seed, returns_at_end=True):
             recordings.append(self._recording(simulated))
+            if on_recording is not None:
+                on_recording(recordings[-1])
             if on_outcome is not None:
                 on_outcome(simulated.outcome)
         return recordings
@@ -216,6 +229,7 @@ def _urdfs(scenario: Scenario, belief: Scenario | None) -> tuple[str, ...]:
 _one_at_a_time = threading.RLock()  # whoever is told of an outcome may simulate something else
 
 
+@checks_types
 def simulate_cast(
     scenario: Scenario,
     cast: Cast,
@@ -254,6 +268,7 @@ def simulate_cast(
         return simulator.simulate(cast, cup, noise_seed=noise_seed)
 
 
+@checks_types
 def simulate_casts(
     scenario: Scenario,
     casts: Sequence[Cast],

@@ -17,7 +17,6 @@ import logging
 import platform
 from collections.abc import Callable
 from importlib.metadata import version
-from itertools import count
 from pathlib import Path
 from typing import Annotated, Final, Literal
 
@@ -195,16 +194,6 @@ class DatasetDirectory(WorkDirectory):
                 _logger.warning("dataset %s: casts/%s %s; it is now %s", self.path, path.name, error, aside)
             tables.append(table)
         return tables
-
-    def _set_aside(self, path: Path) -> Path:
-        """Move a file out of the way, and return where it is."""
-        folder = self.path / "set_aside"
-        self._make_folders(folder)
-        taken = (folder / f"{path.stem}{f'-{n}' if n else ''}{path.suffix}" for n in count())
-        aside = next(name for name in taken if not name.exists())
-        with errors_of_writing(self.kind, self.path):
-            path.rename(aside)
-        return aside
 
     def write_part(self, part: int, table: pa.Table) -> None:
         """Write a part. Raises `.InputError` if that fails."""

@@ -2,27 +2,33 @@
 
 settings.json           what the run depends on
 scenario.yaml           the scenario
-phases/NAME.json        what a finished phase found
+phases/NAME.json        what a finished phase found, with its checksum
 wall.json               how long each phase took, all attempts together
+set_aside/              phases that were damaged or edited, and were computed again
 casts/, noisy_casts/    datasets, which grow part by part
 figures/, report.md, report.html, results.json
 """
 
 from __future__ import annotations
 
+import hashlib
 import json
+import logging
+import re
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Self, TypeVar
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import TypeAdapter
 
 from wam_cast.errors import InputError
 from wam_cast.scenario import Scenario
 from wam_cast.storage.work_directory import ELSEWHERE, WorkDirectory
-from wam_cast.text_file import read_text
+from wam_cast.text_file import read_bytes, read_text
+
+_logger = logging.getLogger(__name__)
 
 R = TypeVar("R")
 
@@ -55,7 +61,6 @@ class RunDirectory(WorkDirectory):
         super().__init__(path)
         self._identity, self._scenario = json.dumps(identity, indent=2), scenario
         self.casts, self.noisy_casts = self.path / "casts", self.path / "noisy_casts"
-        self.figures = self.path / "figures"
         self._phases, self._wall = self.path / "phases", self.path / "wall.json"
 
     def __enter__(self) -> Self:
@@ -70,17 +75,18 @@ class RunDirectory(WorkDirectory):
     def _open(self) -> None:
         """Begin a run, or see that the one here is the same."""
         if self.is_begun(self.path):
-            old = _read(self.identity_path, dict[str, object])
-            if old is None:
-                raise InputError(f"{self.identity_path} cannot be read; {ELSEWHERE}")
+            try:
+                old = TypeAdapter(dict[str, object]).validate_json(read_text(self.identity_path))
+            except (OSError, ValueError, RecursionError):
+                raise InputError(f"{self.identity_path} cannot be read; {ELSEWHERE}") from None
             self._check_same(old, json.loads(self._identity))
         else:
             self._write(self.identity_path, f"{self._identity}\n".encode())
         self._write(self.scenario_path, self._scenario.to_yaml().encode())
-        self._make_folders(self._phases, self.figures)
+        self._make_folders(self._phases)
 
     def phase(self, name: str, kind: type[R], compute: Callable[[], R]) -> R:
-        """Return what phase `name` found: from its file, or computed now and written there.
+        """Return what phase `name` found: from its file, see `found`, or computed now and written there.
 
         Parameters
         ----------
@@ -91,13 +97,38 @@ class RunDirectory(WorkDirectory):
         compute
             Finds it.
         """
-        path = self._phases / f"{name}.json"
-        result = _read(path, kind)
+        result = self.found(name, kind)
         if result is None:
             with self.timed(name):
                 result = compute()
-            self._write(path, TypeAdapter(kind).dump_json(result))
+            self.keep(name, kind, result)
         return result
+
+    def found(self, name: str, kind: type[R]) -> R | None:
+        """Return what a finished phase found, none if it is not finished.
+
+        A file that is not what was written there, by its checksum, is moved to `set_aside/`, and does not count.
+        """
+        path = self._phases / f"{name}.json"
+        try:
+            return TypeAdapter(kind).validate_json(_unsealed(read_bytes(path, LARGEST_PHASE)))
+        except FileNotFoundError:
+            return None
+        except (OSError, ValueError, RecursionError):
+            aside = self._set_aside(path)
+            _logger.warning(
+                "%s: %s is not what was written there; it is now %s, and is computed again", self.path, path, aside
+            )
+            return None
+
+    def keep(self, name: str, kind: type[R], result: R) -> None:
+        """Write what a phase found. Raises `.InputError` if the system refuses."""
+        self._write(self._phases / f"{name}.json", _sealed(TypeAdapter(kind).dump_json(result)))
+
+    def folder(self, name: str) -> Path:
+        """Return a folder of that name in the directory, which is there. Raises `.InputError` if the system refuses."""
+        self._make_folders(self.path / name)
+        return self.path / name
 
     @contextmanager
     def timed(self, name: str) -> Iterator[None]:
@@ -108,16 +139,24 @@ class RunDirectory(WorkDirectory):
         finally:
             seconds = self.wall_seconds()
             seconds[name] = seconds.get(name, 0.0) + time.perf_counter() - started
-            self._write(self._wall, json.dumps(seconds, indent=1).encode())
+            self._write(self._wall, _sealed(json.dumps(seconds, indent=1).encode()))
 
     def wall_seconds(self) -> dict[str, float]:
         """Return how long each phase took [s], all attempts together but for those that were killed."""
-        return _read(self._wall, dict[str, float]) or {}
+        try:
+            return TypeAdapter(dict[str, float]).validate_json(_unsealed(read_bytes(self._wall, LARGEST_PHASE)))
+        except (OSError, ValueError, RecursionError):
+            return {}
 
 
-def _read(path: Path, kind: type[R]) -> R | None:
-    """Return what is in a file of JSON; None if it is not there, cut off, or of another kind."""
-    try:
-        return TypeAdapter(kind).validate_json(read_text(path, LARGEST_PHASE))
-    except (OSError, UnicodeDecodeError, ValidationError, RecursionError):
-        return None
+def _sealed(found: bytes) -> bytes:
+    """Return JSON within JSON that has its checksum."""
+    return b'{"sha256": "%s",\n"found": %s}\n' % (hashlib.sha256(found).hexdigest().encode(), found)
+
+
+def _unsealed(content: bytes) -> bytes:
+    """Return what `_sealed` was given; raises `ValueError` if it has changed since."""
+    match = re.fullmatch(rb'\{"sha256": "(.{64})",\n"found": (.*)\}\n', content, re.DOTALL)
+    if match is None or hashlib.sha256(match[2]).hexdigest().encode() != match[1]:
+        raise ValueError("damaged or edited")
+    return match[2]

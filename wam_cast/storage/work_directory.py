@@ -6,6 +6,7 @@ import errno
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from itertools import count
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
@@ -15,6 +16,9 @@ from wam_cast.errors import InputError
 from wam_cast.storage.atomic import replacing
 
 ELSEWHERE = "choose another directory (--out)"
+
+LONGEST_QUOTE = 100
+"""Characters of a value that a message repeats."""
 
 
 class WorkDirectory:
@@ -52,6 +56,13 @@ class WorkDirectory:
                 raise InputError(
                     f"{self.path}: another run is at work there; wait for its end, or {ELSEWHERE}"
                 ) from None
+            except (OSError, NotImplementedError) as error:
+                if isinstance(error, OSError) and not os.path.lexists(self._lock.lock_file):
+                    raise  # the disk is full, or the like
+                reason = getattr(error, "strerror", None) or error
+                raise InputError(
+                    f"{self.path}: its .lock cannot be opened ({reason}); move it away, or {ELSEWHERE}"
+                ) from None
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -80,8 +91,18 @@ class WorkDirectory:
         """Raise `.InputError` unless what is here, `old`, is what is wanted, `new`."""
         for key, was, wanted in _differences(old, new):
             raise InputError(
-                f"{self.path} holds a {self.kind} with another {key} ({was!r}, not {wanted!r}); {ELSEWHERE}"
+                f"{self.path} holds a {self.kind} with another {key} ({_short(was)}, not {_short(wanted)}); {ELSEWHERE}"
             )
+
+    def _set_aside(self, path: Path) -> Path:
+        """Move a file out of the way, to `set_aside/`, and return where it is. Raises `.InputError` if the system refuses."""
+        folder = self.path / "set_aside"
+        self._make_folders(folder)
+        taken = (folder / f"{path.stem}{f'-{n}' if n else ''}{path.suffix}" for n in count())
+        aside = next(name for name in taken if not name.exists())
+        with errors_of_writing(self.kind, self.path):
+            path.rename(aside)
+        return aside
 
     def _make_folders(self, *folders: Path) -> None:
         """Make what is not there. Raises `.InputError` if the system refuses."""
@@ -111,6 +132,11 @@ def errors_of_writing(kind: str, path: Path) -> Iterator[None]:
             f"{kind} {path}: cannot be written ({error.strerror or error}); "
             f"choose a directory (--out) that can, on a disk with room"
         ) from None
+
+
+def _short(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= LONGEST_QUOTE else f"{text[:LONGEST_QUOTE]}..."
 
 
 def _differences(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[tuple[str, Any, Any]]:

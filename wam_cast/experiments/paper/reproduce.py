@@ -30,6 +30,7 @@ from wam_cast.learning.parts import Parts, split_casts
 from wam_cast.parallel.workers import Workers
 from wam_cast.scenario import Scenario
 from wam_cast.storage.run_directory import RunDirectory
+from wam_cast.types import checks_types
 
 Progress = Callable[[str, int, int], None]
 """Takes a phase's title, how much of it is done, and how much there is."""
@@ -37,6 +38,7 @@ Progress = Callable[[str, int, int], None]
 R = TypeVar("R")
 
 
+@checks_types
 def reproduce(
     scenario: Scenario,
     directory: str | Path,
@@ -86,7 +88,7 @@ def reproduce(
         findings = _Run(settings, store, executor or workers, report).findings()
         with store.timed("figures"):
             report("figures", 0, len(CAPTIONS))
-            for done, _ in enumerate(draw_figures(findings, store.figures, executor or workers), 1):
+            for done, _ in enumerate(draw_figures(findings, store.folder("figures"), executor or workers), 1):
                 report("figures", done, len(CAPTIONS))
         write_report(findings, store)
     return findings

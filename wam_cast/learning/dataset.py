@@ -144,8 +144,8 @@ def generate_dataset(
     """Simulate casts drawn at random.
 
     The rows depend on the scenario and the seed alone, not on who computes them or in how many runs; to the last digit on
-    processors of one kind, to 1e-11 m on others, whose BLAS sums in another order. Where no worker processes can start, as in a
-    daemonic process, a `RuntimeWarning` says so and this process simulates.
+    processors of one kind, to about 1e-11 mm on others, whose BLAS sums in another order. Where no worker processes can start,
+    as in a daemonic process, a `RuntimeWarning` says so and this process simulates.
 
     Parameters
     ----------

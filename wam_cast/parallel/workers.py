@@ -141,10 +141,12 @@ def run_rows(
         pending: deque[Future[T]] = deque()
         try:
             yield from _results(executor, function, rows, pending)
-        except (BrokenExecutor, CancelledError) as error:
+        except Exception as error:
+            if not _is_of_the_executor(error):
+                raise
             raise MachineError(
-                f"the executor {type(executor).__name__} lost its workers ({error or type(error).__name__}); make a new one, and "
-                "start again"
+                f"the executor {type(executor).__name__} lost its workers ({str(error) or type(error).__name__}); see what ended "
+                "them, and start again with a new one"
             ) from None
         finally:
             for future in pending:
@@ -176,6 +178,11 @@ def _results(
 def _needs_main(data: bytes) -> bool:
     """Return whether a pickled function refers to the script, or the module, that runs here as `__main__`."""
     return b"__main__" in data
+
+
+def _is_of_the_executor(error: Exception) -> bool:
+    """Return whether an executor's own fault was raised, and not one of the function that it ran; Dask has errors of its own."""
+    return isinstance(error, BrokenExecutor | CancelledError) or type(error).__module__.startswith("distributed.")
 
 
 def _run_alone(function: Callable[[int], T], row: int, needs_main: bool) -> T:

@@ -63,9 +63,20 @@ def test_a_row_that_always_kills_its_process_ends_the_work_with_what_happened(he
 
 
 def test_an_executor_that_breaks_says_so(helper):
-    broken = pytest.raises(MachineError, match=r"ProcessPoolExecutor lost its workers .* make a new one")
+    broken = pytest.raises(MachineError, match=r"ProcessPoolExecutor lost its workers .* start again with a new one")
     with ProcessPoolExecutor(1, get_context("spawn")) as executor, broken:
         list(run_rows(helper.death, [5], executor))
+
+
+@pytest.mark.parametrize("name", ["KilledWorker", "CommClosedError"])
+def test_the_faults_of_a_dask_cluster_are_those_of_an_executor(inline_executor, name):
+    fault = type(name, (Exception,), {"__module__": "distributed.scheduler"})
+
+    def fail(row):
+        raise fault(f"row {row} is lost")
+
+    with pytest.raises(MachineError, match=r"lost its workers \(row 7 is lost\); .* start again"):
+        list(run_rows(fail, [7], inline_executor))
 
 
 def test_an_exception_of_the_function_is_raised(helper):

@@ -1,12 +1,14 @@
 """Files that a user asked for: written whole, replaced whole, or not touched."""
 
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from wam_cast.errors import InputError
-from wam_cast.storage.atomic import check_writable, write_file
+from wam_cast.storage.atomic import check_writable, replacing, write_file
 
 UNWRITABLE = ["missing/file", ".", "folder", "old/file", "x" * 300]
 """Below a folder that holds `old`, a file, and `folder`."""
@@ -122,3 +124,46 @@ def test_a_write_that_fails_half_way_leaves_nothing_behind(folder, monkeypatch, 
         assert "no space left" in str(caught.value)
     assert names(folder) == ["folder", "old"]
     assert (folder / "old").read_bytes() == b"before"
+
+
+WRITE = """
+import sys, time
+from pathlib import Path
+from wam_cast.storage.atomic import replacing
+
+with replacing(Path(sys.argv[1])) as temporary:
+    temporary.write_bytes(b"half")
+    print("written", flush=True)
+    time.sleep(60)
+"""
+
+
+def test_what_a_killed_process_left_goes_with_the_next_write(folder):
+    writer = subprocess.Popen([sys.executable, "-c", WRITE, folder / "r.html"], stdout=subprocess.PIPE)
+    try:
+        writer.stdout.readline()
+        assert len(names(folder)) == 3
+        write_file(folder / "r.html", b"whole")
+        assert len(names(folder)) == 4  # whoever is alive may yet replace it
+    finally:
+        writer.kill()
+        writer.communicate()
+    others = [".wam_cast.tmp", f".wam_cast-elsewhere-{writer.pid}-0.tmp"]
+    for other in others:
+        (folder / other).touch()
+    write_file(folder / "s.html", b"whole")
+    assert names(folder) == sorted([*others, "folder", "old", "r.html", "s.html"])
+
+
+def test_two_writers_of_one_file_in_one_process_do_not_meet(folder):
+    with replacing(folder / "new") as one:
+        one.write_bytes(b"one")
+        with replacing(folder / "new") as other:
+            other.write_bytes(b"other")
+        assert (folder / "new").read_bytes() == b"other"
+    assert (folder / "new").read_bytes() == b"one"
+
+
+def test_the_longest_name_will_do(folder):
+    write_file(folder / ("x" * 255), b"now")
+    assert (folder / ("x" * 255)).read_bytes() == b"now"

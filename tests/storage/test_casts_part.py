@@ -276,9 +276,10 @@ for i in range(40):
 """
 
 
-def test_processes_that_open_a_directory_at_once_leave_one_whole_dataset(tmp_path):
+@pytest.mark.parametrize("seeds", [(5, 6), (5, 5)])
+def test_processes_that_open_a_directory_at_once_leave_one_whole_dataset(tmp_path, seeds):
     pipes = {"stdin": subprocess.PIPE, "stderr": subprocess.PIPE}
-    both = [subprocess.Popen([sys.executable, "-c", OPEN, tmp_path, str(seed)], text=True, **pipes) for seed in (5, 6)]
+    both = [subprocess.Popen([sys.executable, "-c", OPEN, tmp_path, str(seed)], text=True, **pipes) for seed in seeds]
     for process in both:
         process.stdin.write("go\n")
         process.stdin.flush()

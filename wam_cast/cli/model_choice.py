@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import nullcontext
 from pathlib import Path
-from typing import Any
 
 import wam_cast as wc
 from wam_cast.cli.check import require_workable
@@ -14,6 +12,7 @@ from wam_cast.cli.terminal import err, progress
 from wam_cast.controller_names import DEFAULT_CONTROLLER
 from wam_cast.errors import InputError, MachineError
 from wam_cast.learning.parts import describe_failed_casts
+from wam_cast.parallel.cluster import dask_executor
 from wam_cast.storage.atomic import check_writable
 
 TRAINING_CASTS = 1700
@@ -78,7 +77,8 @@ def generate(
 
     setting, done = load_scenario(scenario), 0
     require_workable(setting, scenario, DatasetDirectory, out)
-    with progress("simulating casts", casts) as advance, _executor(scheduler) as executor:
+    cluster = nullcontext() if scheduler is None else dask_executor(scheduler, err.print)
+    with progress("simulating casts", casts) as advance:
 
         def report(n_done: int, _: int) -> None:
             nonlocal done
@@ -86,16 +86,17 @@ def generate(
             advance(n_done)
 
         try:
-            return wc.generate_dataset(
-                setting,
-                casts,
-                seed,
-                executor=executor,
-                n_workers=workers,
-                directory=out,
-                force=force,
-                on_progress=report,
-            )
+            with cluster as executor:
+                return wc.generate_dataset(
+                    setting,
+                    casts,
+                    seed,
+                    executor=executor,
+                    n_workers=workers,
+                    directory=out,
+                    force=force,
+                    on_progress=report,
+                )
         except (KeyboardInterrupt, MachineError):
             command = command_line(
                 "generate", casts=casts, seed=seed, out=out, scenario=scenario, workers=workers, scheduler=scheduler
@@ -131,21 +132,3 @@ def _own_files(path: Path, scenario: wc.Scenario) -> tuple[Path, Path]:
     """Return where the own model of the scenario at `path` lies, and its dataset."""
     own = path.with_name(f"{path.stem}-{scenario.fingerprint[:8]}.model")
     return own, own.with_suffix(".casts")
-
-
-@contextmanager
-def _executor(scheduler: str | None) -> Iterator[Any]:
-    """Give an executor on a Dask cluster, or none for this machine's processes."""
-    if scheduler is None:
-        yield None
-        return
-    try:
-        from distributed import Client
-
-        client = Client(scheduler, timeout=10)
-    except ImportError:
-        raise InputError("--scheduler needs Dask: pip install 'wam-cast[distributed]'") from None
-    except (OSError, ValueError, TimeoutError) as error:
-        raise InputError(f"--scheduler {scheduler}: no Dask scheduler answers there ({error})") from None
-    with client:
-        yield client.get_executor()

@@ -9,16 +9,20 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import pickle
 import signal
 import threading
+import warnings
 from collections import deque
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import closing, nullcontext
 from multiprocessing.connection import Connection
 from typing import Any, Self, TypeVar
 
-from wam_cast.errors import InputError, MachineError
+from wam_cast.errors import MachineError
+from wam_cast.parallel import main_module
 
 T = TypeVar("T")
 
@@ -54,11 +58,26 @@ class Workers:
             pool.__exit__(kind, *details)
 
     def run(self, function: Callable[[int], T], rows: Sequence[int]) -> Generator[T]:
-        """Yield `function(row)` for each row, in their order; raises as `run_rows` does."""
+        """Yield `function(row)` for each row, in their order; raises, and warns, as `run_rows` does."""
         done = 0
+        try:
+            with closing(self._run(function, rows)) as results:
+                for result in results:
+                    yield result
+                    done += 1
+        except _CannotStartError as reason:
+            line = (
+                f"worker processes cannot start here ({reason}): this process does their work, one row after the other"
+            )
+            warnings.warn(line, RuntimeWarning, stacklevel=2)
+            yield from map(function, rows[done:])
+
+    def _run(self, function: Callable[[int], T], rows: Sequence[int]) -> Generator[T]:
+        """Do so in processes. Raises `_CannotStartError` if there can be none."""
+        done, data = 0, pickle.dumps(function)
         while done < len(rows):
-            pool = self._pool = self._pool or _WorkerPool(self._n_workers)
             try:
+                pool = self._pool_for(data)
                 for result in _results(pool, function, rows[done:], deque()):
                     yield result
                     done += 1
@@ -71,8 +90,19 @@ class Workers:
                 return
             # A dead process takes the whole pool with it. The guilty row is among the oldest unfinished ones, or soon will be.
             for row in rows[done : done + self._n_workers]:
-                yield _run_alone(function, row)
+                yield _run_alone(function, row, _needs_main(data))
                 done += 1
+
+    def _pool_for(self, data: bytes) -> _WorkerPool:
+        """Return a pool whose processes can load a pickled function."""
+        needs_main = _needs_main(data)
+        if self._pool is not None and needs_main and not self._pool.imports_main:
+            self.__exit__(None, None, None)
+        if self._pool is None:
+            self._pool = _WorkerPool(self._n_workers, imports_main=needs_main)
+            if needs_main:
+                self._pool.check_main(data)
+        return self._pool
 
 
 def run_rows(
@@ -97,21 +127,26 @@ def run_rows(
 
     Raises
     ------
-    InputError
-        If worker processes cannot start at all.
     MachineError
         If a row's process dies again and again, or the executor breaks.
     Exception
         Whatever `function` raises.
+
+    Warns
+    -----
+    RuntimeWarning
+        If no processes can start, as in a daemonic process: then this one does the work.
     """
     if isinstance(executor, Executor):
         pending: deque[Future[T]] = deque()
         try:
             yield from _results(executor, function, rows, pending)
-        except (BrokenExecutor, CancelledError) as error:
+        except Exception as error:
+            if not _is_of_the_executor(error):
+                raise
             raise MachineError(
-                f"the executor {type(executor).__name__} lost its workers ({error or type(error).__name__}); make a new one, and "
-                "start again"
+                f"the executor {type(executor).__name__} lost its workers ({str(error) or type(error).__name__}); see what ended "
+                "them, and start again with a new one"
             ) from None
         finally:
             for future in pending:
@@ -140,11 +175,21 @@ def _results(
         yield pending.popleft().result()
 
 
-def _run_alone(function: Callable[[int], T], row: int) -> T:
+def _needs_main(data: bytes) -> bool:
+    """Return whether a pickled function refers to the script, or the module, that runs here as `__main__`."""
+    return b"__main__" in data
+
+
+def _is_of_the_executor(error: Exception) -> bool:
+    """Return whether an executor's own fault was raised, and not one of the function that it ran; Dask has errors of its own."""
+    return isinstance(error, BrokenExecutor | CancelledError) or type(error).__module__.startswith("distributed.")
+
+
+def _run_alone(function: Callable[[int], T], row: int, needs_main: bool) -> T:
     """Return `function(row)` from a process of its own, which may die a few times; raises `.MachineError` after that."""
     for _ in range(ATTEMPTS):
         has_started = False
-        with _WorkerPool(1) as pool:
+        with _WorkerPool(1, imports_main=needs_main) as pool:
             try:
                 pool.submit(os.getpid).result()
                 has_started = True
@@ -154,10 +199,7 @@ def _run_alone(function: Callable[[int], T], row: int) -> T:
                 pass
         code = pool.exit_code
         if not has_started and code > 0:  # it was not killed, it gave up
-            raise InputError(
-                "worker processes cannot start: a script must generate datasets under `if __name__ == '__main__':`, "
-                "since each worker imports it"
-            )
+            raise _CannotStartError(f"one ended {_describe(code)} before its work")
     raise MachineError(
         f"row {row}: its process died {ATTEMPTS} times, at last {_describe(code)}; see what ends processes here (too little "
         "memory?), then start again"
@@ -168,14 +210,20 @@ def _describe(exit_code: int) -> str:
     return f"by {signal.Signals(-exit_code).name}" if exit_code < 0 else f"with exit code {exit_code}"
 
 
+class _CannotStartError(RuntimeError):
+    """Here no worker processes can start, or none that could load what they are to run."""
+
+
 class _WorkerPool(ProcessPoolExecutor):
     """Spawned processes that leave Ctrl-C to their parent, and end at once when it fails or dies.
 
-    Left to itself the pool would finish the rows at hand first, and a worker whose parent was killed would always wait.
+    Left to itself the pool would finish the rows at hand first, and a worker whose parent was killed would always wait. They
+    import the main module, that of the script, only where it is needed: few scripts bear it, and what was typed cannot be.
     """
 
-    def __init__(self, n_workers: int) -> None:
+    def __init__(self, n_workers: int, *, imports_main: bool) -> None:
         context = multiprocessing.get_context("spawn")
+        self.imports_main = imports_main
         self._far_end, self._lifeline = context.Pipe(duplex=False)
         super().__init__(n_workers, context, initializer=_end_with, initargs=(self._far_end,))
         self._started = self._processes  # which the pool forgets when it shuts down
@@ -189,9 +237,24 @@ class _WorkerPool(ProcessPoolExecutor):
         # Processes start in here and inherit the mask, so that they are deaf to Ctrl-C from their first moment.
         previous = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
-            return super().submit(fn, *args, **kwargs)
+            with nullcontext() if self.imports_main and main_module.can_be_imported() else main_module.without_main():
+                return super().submit(fn, *args, **kwargs)
+        except (
+            AssertionError,
+            OSError,
+        ) as error:  # a daemonic process must not have children, the system wants no more
+            raise _CannotStartError(str(error)) from None
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, previous)
+
+    def check_main(self, data: bytes) -> None:
+        """Raise `_CannotStartError` if the processes cannot load a pickled function of the main module."""
+        try:
+            problem = self.submit(_problem_of_loading, data).result()
+        except BrokenProcessPool:
+            problem = "they import the script, whose work must stand under `if __name__ == '__main__':`"
+        if problem:
+            raise _CannotStartError(problem)
 
     def __exit__(self, kind: type[BaseException] | None, *details: Any) -> None:
         if kind is not None:
@@ -209,3 +272,11 @@ def _end_with(lifeline: Connection) -> None:
         os._exit(1)
 
     threading.Thread(target=wait, daemon=True).start()
+
+
+def _problem_of_loading(data: bytes) -> str:
+    try:
+        pickle.loads(data)
+    except (AttributeError, ImportError) as error:
+        return str(error)
+    return ""

@@ -15,7 +15,7 @@ from scipy.linalg.lapack import dposv
 from wam_cast.arm.arm_model import arm_model
 from wam_cast.cast import Cast, default_cast
 from wam_cast.motion.stages import CastMotion
-from wam_cast.robot.drake_types import declare_cache_entry, evaluate
+from wam_cast.robot.drake_types import declare_cache_entry, evaluate, evaluate_cache, weakly
 from wam_cast.robot.plant import N_ARM, make_arm_plant, starting_posture
 from wam_cast.robot.python_system import PythonSystem
 from wam_cast.scenario import Scenario
@@ -111,20 +111,22 @@ class ArmController(PythonSystem):
     def __init__(self, scenario: Scenario) -> None:
         super().__init__()
         self.scenario = scenario
-        self.plant = make_arm_plant(scenario)
+        plant = self.plant = make_arm_plant(scenario)
         self._input = self.DeclareVectorInputPort("arm_state", 2 * N_ARM)
         by_default = BasicVector(np.array([*default_cast(scenario).to_array(), 0.0, 0.0, math.nan]))
         self._cast_index = self.DeclareNumericParameter(by_default)
         time, arm_state = self.time_ticket(), self._input.ticket()
         cast = self.numeric_parameter_ticket(NumericParameterIndex(self._cast_index))
-        self._motion = declare_cache_entry(self, "motion", object, self._calc_motion, {cast})  # 1.58 refuses None
+        self._motion = declare_cache_entry(
+            self,
+            "motion",
+            object,  # 1.58 refuses None
+            weakly(self._calc_motion),
+            {cast},
+        )
         # Not a result but a place to compute in, one for each context: whoever uses it measures first.
         self._arm = declare_cache_entry(
-            self,
-            "measured arm",
-            lambda: MeasuredArm(self.plant),
-            lambda _context, _value: None,
-            {self.nothing_ticket()},
+            self, "measured arm", lambda: MeasuredArm(plant), lambda _context, _value: None, {self.nothing_ticket()}
         )
         self.DeclareVectorOutputPort("actuation", N_ARM, self._calc_actuation, {time, cast, arm_state})
         self.DeclareVectorOutputPort("hand", 6, self._calc_hand, {arm_state})
@@ -162,11 +164,11 @@ class ArmController(PythonSystem):
         value.set_value(CastMotion(self.scenario, cast, start_bearing=start_bearing, cup_radius=cup_radius))
 
     def _desired(self, context: Context) -> Desired:
-        time, motion = context.get_time(), evaluate(self._motion, context)
+        time, motion = context.get_time(), evaluate_cache(self, self._motion, context)
         return Desired(*self.hand_desired(time, motion), time, motion)
 
     def _measured_arm(self, context: Context) -> MeasuredArm:
-        arm: MeasuredArm = evaluate(self._arm, context)
+        arm: MeasuredArm = evaluate_cache(self, self._arm, context)
         arm.measure(evaluate(self._input, context))
         return arm
 
@@ -181,7 +183,9 @@ class ArmController(PythonSystem):
         output.SetFromVector(np.concatenate(self._desired(context)[:2]))
 
     def _calc_stage(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(np.array([evaluate(self._motion, context).stage(context.get_time())], dtype=float))
+        output.SetFromVector(
+            np.array([evaluate_cache(self, self._motion, context).stage(context.get_time())], dtype=float)
+        )
 
 
 class CastController(ArmController):

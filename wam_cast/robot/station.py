@@ -22,7 +22,7 @@ from wam_cast.errors import InputError
 from wam_cast.motion.stages import CastMotion
 from wam_cast.robot.ball_tracker import BallTracker
 from wam_cast.robot.controller import CastController
-from wam_cast.robot.drake_types import add_system, evaluate, translation
+from wam_cast.robot.drake_types import add_system, evaluate, own_context, translation
 from wam_cast.robot.encoders import Encoders, encoder_resolution
 from wam_cast.robot.forces import connect_forces
 from wam_cast.robot.motors import Motors, delay_line, fill
@@ -245,7 +245,7 @@ class CastStation:
         A controller whose `set_cast` takes the cast alone is told no more; it cannot start elsewhere than at home.
         """
         self.check_bearing(motion.cast.bearing, is_first=motion.start_bearing == 0)
-        self.diagram.SetDefaultContext(self.diagram.GetMyMutableContextFromRoot(context))
+        self.diagram.SetDefaultContext(own_context(self.diagram, context))
         context.SetTime(0.0)
         plant_context = self.plant.GetMyMutableContextFromRoot(context)
         q_arm = self._q_start.copy()

@@ -7,21 +7,30 @@ Parquet's writer wants a path.
 from __future__ import annotations
 
 import errno
+import glob
 import os
+import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import count
 from pathlib import Path
 
 from wam_cast.errors import InputError
+
+_PREFIX, _SUFFIX = f".wam_cast-{socket.gethostname()}-", ".tmp"
+"""Of a temporary file's name: between them, the number of the process on this machine and one of its own."""
+
+_numbers = count()
 
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """Give a temporary path beside `path`: what is written there takes the place of `path`, or goes if the context fails.
 
-    Its name is hidden, so that readers of a folder of Parquet skip it, and ends in `.tmp`.
+    Its name is hidden, so that readers of a folder of Parquet skip it. What killed processes have left beside it goes first.
     """
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    _remove_leftovers(path.parent)
+    temporary = path.with_name(f"{_PREFIX}{os.getpid()}-{next(_numbers)}{_SUFFIX}")
     try:
         yield temporary
         temporary.replace(path)
@@ -62,6 +71,24 @@ def check_writable(path: str | Path) -> None:
         raise _unwritable(path, errno.ENOTDIR)
     if not os.access(path if _is_device(path) else path.parent, os.W_OK):
         raise _unwritable(path, errno.EACCES)
+
+
+def _remove_leftovers(folder: Path) -> None:
+    """Remove the temporary files in `folder` whose processes, on this machine, are no more."""
+    for leftover in folder.glob(f"{glob.escape(_PREFIX)}*{_SUFFIX}"):
+        process, _, number = leftover.name[len(_PREFIX) : -len(_SUFFIX)].partition("-")
+        if process.isdecimal() and number.isdecimal() and not _is_alive(int(process)):
+            leftover.unlink(missing_ok=True)
+
+
+def _is_alive(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (PermissionError, OverflowError):
+        pass
+    return True
 
 
 def _is_device(path: Path) -> bool:

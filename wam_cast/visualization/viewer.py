@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import logging
 import math
+import threading
 
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.geometry import Meshcat, MeshcatParams, Rgba
 
+from wam_cast.errors import InputError
 from wam_cast.types import Array
 from wam_cast.visualization.camera import Camera, view_rotation
 from wam_cast.visualization.style import PAPER, Color
@@ -57,6 +59,15 @@ def keep(meshcat: Meshcat) -> Meshcat:
     """
     _kept.append(meshcat)
     return meshcat
+
+
+def check_main_thread(what: str) -> None:
+    """Raise `.InputError` in any thread but the main one, before Drake ends the process or, silently, the thread."""
+    if threading.current_thread() is not threading.main_thread():
+        raise InputError(
+            f"{what}, called in the thread {threading.current_thread().name!r}: its page belongs to the main thread; make it and "
+            "call it there"
+        )
 
 
 def place_camera(meshcat: Meshcat, p_WQ: Array, bearing: float, elevation: float = ELEVATION) -> Camera:

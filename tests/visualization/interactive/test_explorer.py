@@ -3,7 +3,9 @@
 import base64
 import math
 import re
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
 
 import msgpack
 import numpy as np
@@ -11,6 +13,7 @@ import pytest
 
 from wam_cast.arm.arm_model import arm_model
 from wam_cast.cast import Cast, is_allowed
+from wam_cast.errors import InputError
 from wam_cast.learning.reference import reference_model
 from wam_cast.planning.plan import plan_cast
 from wam_cast.scenario import Arm, Motion, Scenario
@@ -295,3 +298,28 @@ def test_noise_is_another_in_each_cast():
         page.press(CAST)
         landings.append(page.explorer.outcome.landing)
     assert math.dist(*landings) > 1e-4
+
+
+def check_refused_in_a_thread(call):
+    refused = pytest.raises(
+        InputError, match=r"^Explorer, called in the thread 'mine_0': .* make it and call it there$"
+    )
+    with ThreadPoolExecutor(1, "mine") as pool, refused:
+        pool.submit(call).result()
+
+
+def test_explorer_is_not_made_in_a_thread_where_its_end_would_end_the_process():
+    check_refused_in_a_thread(Explorer)
+
+
+def test_explorer_of_another_thread_is_refused_before_anything_changes(page):
+    explorer = page.explorer
+    before = explorer.cast, explorer.cup, page.caption, explorer.outcome
+    page.meshcat.SetSliderValue("distance [m]", 0.2)
+    another = partial(explorer.choose, Cast(0.2, 0.5, 0.1))
+    for call in (explorer.run, explorer.execute, explorer.plan, explorer.move_cup_to_ball, another):
+        check_refused_in_a_thread(call)
+    assert (explorer.cast, explorer.cup, page.caption, explorer.outcome) == before
+    assert explorer.poll()
+    assert explorer.cast.distance == pytest.approx(0.2)
+    assert explorer.plan() is not None

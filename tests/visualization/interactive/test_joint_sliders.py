@@ -2,10 +2,12 @@
 
 import gc
 import struct
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 
+from wam_cast.errors import InputError
 from wam_cast.robot.plant import make_arm_plant, starting_posture
 from wam_cast.scenario import Scenario
 from wam_cast.visualization.interactive.joint_sliders import STEP, JointSliders
@@ -87,3 +89,9 @@ def test_sliders_end_at_the_joints_limits(sliders, meshcat, arm):
         for number in range(1, 8):
             meshcat.SetSliderValue(f"joint {number} [rad]", value)
         np.testing.assert_allclose(sliders.q_arm, limits, atol=STEP)
+
+
+def test_another_thread_is_refused(sliders, meshcat):
+    for call in (sliders.update, lambda: JointSliders(meshcat, SCENARIO)):
+        with ThreadPoolExecutor(1) as pool, pytest.raises(InputError, match="JointSliders, called in the thread"):
+            pool.submit(call).result()

@@ -51,8 +51,7 @@ def reproduce(
 ) -> Findings:
     """Run the experiment of the paper's Section 3, and write its report.
 
-    A run that was interrupted goes on where it stopped. A script must call this under `if __name__ == "__main__":`, since
-    worker processes import it.
+    A run that was interrupted goes on where it stopped.
 
     Parameters
     ----------

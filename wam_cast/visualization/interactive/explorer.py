@@ -27,6 +27,7 @@ from wam_cast.visualization.interactive.explorer_view import EXECUTED, PLANE, PR
 from wam_cast.visualization.interactive.panel import Panel, Slider, swatch
 from wam_cast.visualization.recorded import finite_part, without_turn
 from wam_cast.visualization.style import STAGE_COLORS, stage_name, status_name
+from wam_cast.visualization.viewer import check_main_thread
 
 CAST, PLAN, FETCH = "cast [C]", "plan for the cup [P]", "cup to where the ball landed [L]"
 """The buttons."""
@@ -43,7 +44,8 @@ class Explorer:
 
     The cup has polar coordinates about the base axis, as the cast has: so it stands in the casting plane if both bearings are
     the same, and all of a slider's way is floor. Nothing here waits for the page: call `poll` now and then, `run` in a
-    program, or `asyncio.create_task(explorer.follow())` in a notebook, where the page then lives on from cell to cell.
+    program, or `asyncio.create_task(explorer.follow())` in a notebook, where the page then lives on from cell to cell. All of it
+    in the main thread, to which a page of Drake's belongs; elsewhere it raises `.InputError`.
 
     Parameters
     ----------
@@ -70,6 +72,7 @@ class Explorer:
     def __init__(
         self, scenario: Scenario | None = None, model: ForwardModel | None = None, advice: str = ADVICE
     ) -> None:
+        check_main_thread("Explorer")
         self.scenario = Scenario() if scenario is None else scenario
         if model is not None:
             model = model.bound_to(self.scenario)
@@ -106,6 +109,7 @@ class Explorer:
 
         Raises `.InputError` if the cup's coordinates are not finite numbers.
         """
+        check_main_thread("Explorer")
         if cup is not None:
             self.cup = checked_cup(cup)
         if cast is not None:
@@ -149,6 +153,7 @@ class Explorer:
 
     def poll(self) -> bool:
         """Do what was asked for on the page since the last call, and return whether there was anything."""
+        check_main_thread("Explorer")
         pressed = self._panel.pressed()  # before the sliders, which may have been moved before the press
         moved = self._panel.moved()
         if moved:
@@ -187,6 +192,7 @@ class Explorer:
 
     def _say(self, note: str) -> None:
         """Write a note at the top of the page."""
+        check_main_thread("Explorer")
         self._note = note
         self._panel.caption = self._caption()
 

@@ -16,7 +16,7 @@ from wam_cast.scenario import Scenario
 from wam_cast.types import Array
 from wam_cast.visualization.figures.robot_figures import AXIS_COLORS, AXIS_LENGTH, room_of
 from wam_cast.visualization.scene import CastScene
-from wam_cast.visualization.viewer import draw_tube, place_camera
+from wam_cast.visualization.viewer import check_main_thread, draw_tube, place_camera
 
 STEP = 0.001
 """Of a slider [rad]."""
@@ -29,7 +29,7 @@ PERIOD = 0.05
 
 
 class JointSliders:
-    """Shows the robot at rest in the posture that its sliders say, the starting posture at first.
+    """Shows the robot at rest in the posture that its sliders say, the starting posture at first; in the main thread alone.
 
     Parameters
     ----------
@@ -42,6 +42,7 @@ class JointSliders:
     """
 
     def __init__(self, meshcat: Meshcat, scenario: Scenario, frames: Mapping[str, str] | None = None) -> None:
+        check_main_thread("JointSliders")
         self._meshcat = meshcat
         self._scene = CastScene(scenario, None, meshcat=meshcat)
         self._frames = {letter: self._scene.plant.GetFrameByName(name) for letter, name in (frames or {}).items()}
@@ -66,6 +67,7 @@ class JointSliders:
 
     def update(self) -> None:
         """Show the robot as the sliders say, if they say something new."""
+        check_main_thread("JointSliders")
         q_arm = self.q_arm
         if np.array_equal(q_arm, self._shown):
             return

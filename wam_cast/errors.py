@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import operator
-from typing import Any
+import reprlib
+from typing import TYPE_CHECKING, Any
 
-from pydantic import BaseModel, ValidationError
+if TYPE_CHECKING:
+    from pydantic import BaseModel, ValidationError
 
 
 class InputError(ValueError):
@@ -22,6 +24,25 @@ class MachineError(RuntimeError):
     """
 
 
+_SHORT = reprlib.Repr()
+_SHORT.maxlevel, _SHORT.maxstring, _SHORT.maxother, _SHORT.maxlong = 3, 100, 100, 100
+
+
+def shortened(value: object, longest: int = 100) -> str:
+    """Return the text of a value, such as a path that a user gave, of at most `longest` letters: of longer ones both ends."""
+    text = str(value)
+    half = (longest - 3) // 2
+    return text if len(text) <= longest else f"{text[:half]}...{text[-half:]}"
+
+
+def quoted(value: object) -> str:
+    """Return the representation of a value that a user gave, of any kind and size, shortened."""
+    try:
+        return shortened(_SHORT.repr(value))
+    except ValueError:  # Python's own refusal
+        return "a number of thousands of digits"
+
+
 def checked_integer(name: str, value: int, least: int) -> int:
     """Return `value` as an int; raises `InputError` if it is no integer from `least` on."""
     try:
@@ -29,7 +50,7 @@ def checked_integer(name: str, value: int, least: int) -> int:
     except TypeError:
         number = least - 1
     if number < least:
-        raise InputError(f"{name} = {value!r} must be an integer, {least} or more")
+        raise InputError(f"{name} = {quoted(value)} must be an integer, {least} or more")
     return number
 
 
@@ -39,19 +60,19 @@ def describe_validation(error: ValidationError, model: type[BaseModel] | None = 
     With the `model` that refused the values, a line about a wrong key lists the right ones.
     """
     first, *others = error.errors()
-    path = ".".join(str(part) for part in first["loc"]) or "the top level"
-    message = first["msg"].removeprefix("Value error, ")
+    path = shortened(".".join(str(part) for part in first["loc"])) or "the top level"
+    message, found = first["msg"].removeprefix("Value error, "), quoted(first["input"])
     keys = ", ".join(_keys(model, first["loc"][:-1] if first["type"] == "extra_forbidden" else first["loc"]))
     if first["type"] == "value_error":  # written by a validator of ours, which names the value itself
         line = message
     elif first["type"] == "extra_forbidden":
         line = f"{path}: unknown key; {f'allowed here: {keys}' if keys else 'remove it or correct its spelling'}"
     elif first["type"] == "missing":
-        line = f"{path}: a value is missing, found {first['input']!r}"
+        line = f"{path}: a value is missing, found {found}"
     elif first["type"] == "model_type" and keys:
-        line = f"{path}: must map some of these keys to values: {keys}; not {first['input']!r}"
+        line = f"{path}: must map some of these keys to values: {keys}; not {found}"
     else:
-        line = f"{path}: {message[0].lower()}{message[1:]}, not {first['input']!r}"
+        line = f"{path}: {message[0].lower()}{message[1:]}, not {found}"
     return f"{line} (and {len(others)} more)" if others else line
 
 

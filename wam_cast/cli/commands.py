@@ -7,6 +7,7 @@ is no; 2 the input was wrong or the machine failed, one line says how; 130 inter
 from __future__ import annotations
 
 import os
+import shutil
 import time
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -24,9 +25,15 @@ from wam_cast.cli.results import Executed, plan_record, print_json, throw_record
 from wam_cast.cli.terminal import err, out, phase_progress, progress
 from wam_cast.cli.throwing import execute, given_throws, make_plans
 from wam_cast.errors import InputError, MachineError
-from wam_cast.learning.parts import describe_failed_casts, failed_casts
 
-app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+NARROW = 60
+"""Columns of a terminal on which Rich would cut words of the help off."""
+
+app = typer.Typer(
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich" if shutil.get_terminal_size().columns >= NARROW else None,
+)
 
 
 def _print_version(wanted: bool) -> None:
@@ -194,6 +201,8 @@ def generate(
     as_json: options.AsJson = False,
 ) -> None:
     """Simulate random casts and store them; an interrupted run goes on when it is started again."""
+    from wam_cast.learning.parts import describe_failed_casts, failed_casts
+
     if workers is not None and scheduler is not None:
         raise InputError("--workers and --scheduler exclude each other: a scheduler brings its own workers")
     started = time.perf_counter()
@@ -227,6 +236,8 @@ def fit(
     """Fit a forward model to a dataset."""
     model, data = model_choice.fit(dataset, file, None if scenario is None else model_choice.load_scenario(scenario))
     if as_json:
+        from wam_cast.learning.parts import failed_casts
+
         record = {"model": str(file), "reach": model.reach, **asdict(model.info)}
         print_json({**record, "failed": failed_casts(data)})
     else:

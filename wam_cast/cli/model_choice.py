@@ -13,7 +13,6 @@ from wam_cast.cli.check import require_workable
 from wam_cast.cli.terminal import err, progress
 from wam_cast.controller_names import DEFAULT_CONTROLLER
 from wam_cast.errors import InputError, MachineError
-from wam_cast.learning.parts import describe_failed_casts
 from wam_cast.storage.atomic import check_writable
 
 TRAINING_CASTS = 1700
@@ -108,6 +107,8 @@ def generate(
 
 def fit(dataset: Path, file: Path, scenario: wc.Scenario | None) -> tuple[wc.ForwardModel, wc.CastDataset]:
     """Fit a model to a stored dataset and store it; by default for the dataset's own scenario. Say which casts failed."""
+    from wam_cast.learning.parts import describe_failed_casts
+
     check_writable(file)
     data = wc.CastDataset.load(dataset, scenario)
     for line in describe_failed_casts(data):

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from wam_cast.cast import Cast
-from wam_cast.casting_plane import to_polar
+import wam_cast as wc
 from wam_cast.errors import InputError
-from wam_cast.types import Position
+
+if TYPE_CHECKING:
+    from wam_cast.types import Position
 
 AsJson = Annotated[bool, typer.Option("--json", metavar="", help="Print the result as JSON.")]
 Cups = Annotated[
@@ -39,8 +40,10 @@ Planner = Annotated[Literal["program", "gradient"], typer.Option(help="`gradient
 Solver = Annotated[Literal["snopt", "ipopt", "nlopt"] | None, typer.Option(help="Of the program; default: snopt.")]
 
 
-def parse_cast(text: str, cup: Position) -> Cast:
+def parse_cast(text: str, cup: Position) -> wc.Cast:
     """Return the cast `D,S,W[,B]`, B in degrees, by default toward the cup. Raises `.InputError`."""
+    from wam_cast.casting_plane import to_polar
+
     numbers = text.split(",")
     toward_cup = str(math.degrees(to_polar(cup)[1]))
     try:
@@ -51,7 +54,7 @@ def parse_cast(text: str, cup: Position) -> Cast:
             "[deg], such as --cast 0.30,0.60,0.10 or --cast 0.30,0.60,0.10,45"
         ) from None
     try:
-        return Cast(distance, speed, wait, math.radians(bearing))
+        return wc.Cast(distance, speed, wait, math.radians(bearing))
     except InputError as error:
         raise InputError(f"--cast {text!r}: {error}") from None
 

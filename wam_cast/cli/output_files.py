@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import wam_cast as wc
 from wam_cast.cli.terminal import err
 from wam_cast.errors import InputError
 from wam_cast.storage.atomic import check_writable
-from wam_cast.types import Array
+
+if TYPE_CHECKING:
+    from wam_cast.types import Array
 
 
 def check_picture(path: Path) -> None:

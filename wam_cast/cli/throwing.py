@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 import wam_cast as wc
-from wam_cast.cast import is_allowed
 from wam_cast.cli import options
 from wam_cast.cli.options import parse_cast
 from wam_cast.cli.output_files import ThrowFiles
 from wam_cast.cli.terminal import progress
 from wam_cast.errors import InputError
-from wam_cast.types import Position
+
+if TYPE_CHECKING:
+    from wam_cast.types import Position
 
 
 def make_plans(
@@ -28,6 +30,8 @@ def make_plans(
 
 def given_throws(scenario: wc.Scenario, casts: list[str], cups: list[Position]) -> list[wc.Throw]:
     """Return the casts that `--cast` gives, each with its cup. Raises `.InputError`."""
+    from wam_cast.cast import is_allowed
+
     if len(casts) != len(cups):
         raise InputError(f"--cast: {len(casts)} for {len(cups)} cups; give as many --cast as --cup, in the same order")
     throws = [wc.Throw(parse_cast(text, cup), cup) for text, cup in zip(casts, cups, strict=True)]

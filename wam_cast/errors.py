@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import operator
+import re
 import reprlib
 from typing import TYPE_CHECKING, Any
 
@@ -10,37 +11,56 @@ if TYPE_CHECKING:
     from pydantic import BaseModel, ValidationError
 
 
-class InputError(ValueError):
+LONGEST_WORD, LONGEST_LINE = 200, 1000
+"""Letters of a word in a message, such as a path, and of all of it but the commands that it names."""
+
+_SHORT = reprlib.Repr()
+_SHORT.maxlevel, _SHORT.maxstring, _SHORT.maxother, _SHORT.maxlong = 3, 100, 100, 100
+
+
+class _OneLineError(Exception):
+    """However long a path or a value is that the line quotes, the line is not."""
+
+    def __init__(self, line: str) -> None:
+        super().__init__(_bounded(line))
+
+
+class InputError(_OneLineError, ValueError):
     """Input that cannot be used: one line that names the value, what is allowed and how to fix it.
 
     The command line prints it and exits with code 2; from Python it is a `ValueError`.
     """
 
 
-class MachineError(RuntimeError):
+class MachineError(_OneLineError, RuntimeError):
     """The machine failed, not the input and not the simulation: one line that says what happened and how to go on.
 
     The command line prints it and exits with code 2.
     """
 
 
-_SHORT = reprlib.Repr()
-_SHORT.maxlevel, _SHORT.maxstring, _SHORT.maxother, _SHORT.maxlong = 3, 100, 100, 100
-
-
-def shortened(value: object, longest: int = 100) -> str:
-    """Return the text of a value, such as a path that a user gave, of at most `longest` letters: of longer ones both ends."""
-    text = str(value)
+def shortened(text: str, longest: int = LONGEST_WORD) -> str:
+    """Return a text of at most `longest` letters: of a longer one both ends."""
     half = (longest - 3) // 2
     return text if len(text) <= longest else f"{text[:half]}...{text[-half:]}"
 
 
 def quoted(value: object) -> str:
-    """Return the representation of a value that a user gave, of any kind and size, shortened."""
+    """Return the representation of a value of any kind and size, shortened."""
     try:
         return shortened(_SHORT.repr(value))
     except ValueError:  # Python's own refusal
         return "a number of thousands of digits"
+
+
+def _bounded(line: str) -> str:
+    """Return a line with what is too long in it shortened; commands, in backquotes, are to be pasted and stay whole."""
+    parts = line.split("`")
+    parts[::2] = [
+        shortened(re.sub(rf"\S{{{LONGEST_WORD + 1},}}", lambda word: shortened(word[0]), part), LONGEST_LINE)
+        for part in parts[::2]
+    ]
+    return "`".join(parts)
 
 
 def checked_integer(name: str, value: int, least: int) -> int:

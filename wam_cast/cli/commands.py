@@ -20,7 +20,7 @@ import wam_cast as wc
 from wam_cast.cli import model_choice, options, results
 from wam_cast.cli.check import print_preview, require_workable
 from wam_cast.cli.options import parse_cup
-from wam_cast.cli.output_files import ThrowFiles, check_picture
+from wam_cast.cli.output_files import ThrowFiles
 from wam_cast.cli.results import Executed, plan_record, print_json, throw_record
 from wam_cast.cli.terminal import err, out, phase_progress, progress
 from wam_cast.cli.throwing import execute, given_throws, make_plans
@@ -171,6 +171,8 @@ def check(
     It needs no model. `generate`, `reproduce` and --train ask the same first.
     """
     if picture is not None:
+        from wam_cast.visualization.picture_files import check_picture
+
         check_picture(picture)
     with progress("checking the scenario"):
         preview = wc.preview_scenario(model_choice.load_scenario(scenario))
@@ -296,10 +298,11 @@ def map_(
 
     The work is done when the map is drawn: the exit code is 0 whatever became of the balls.
     """
-    check_picture(picture)
     from wam_cast.experiments.floor_map import MapSize, map_floor
     from wam_cast.experiments.floor_picture import write_floor_picture
+    from wam_cast.visualization.picture_files import check_picture
 
+    check_picture(picture)
     _, forward = model_choice.scenario_and_model(scenario, model, train)
     size = MapSize(radii, bearings, casts)
     with phase_progress() as report:
@@ -329,9 +332,10 @@ def show(
     without predictions.
     """
     if graph is not None:
-        from wam_cast.visualization.diagram import write_graph
+        from wam_cast.visualization.diagram import check_graph, write_graph
 
-        setting = model_choice.load_scenario(scenario) if model is None else model_choice.find(scenario, model)[0]
+        check_graph(graph)
+        setting = model_choice.load_scenario(scenario) if model is None else model_choice.find(scenario, model).scenario
         write_graph(wc.CastStation(setting), graph)
         if as_json:
             print_json({"graph": str(graph)})
@@ -341,9 +345,9 @@ def show(
     from wam_cast.visualization.interactive.explorer import Explorer
 
     with progress("setting up"):
-        setting, forward = model_choice.find(scenario, model)
+        setting, forward, _ = model_choice.find(scenario, model)
         advice = {}
-        if forward is None and scenario is not None:
+        if forward is None:
             advice = {"advice": f"{model_choice.how_to_make(scenario, setting)}, and start again"}
         explorer = Explorer(setting, forward, **advice)
     if as_json:

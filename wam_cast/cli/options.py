@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 import wam_cast as wc
-from wam_cast.errors import InputError
+from wam_cast.errors import InputError, quoted
 
 if TYPE_CHECKING:
     from wam_cast.types import Position
@@ -50,13 +50,13 @@ def parse_cast(text: str, cup: Position) -> wc.Cast:
         distance, speed, wait, bearing = map(float, [*numbers, toward_cup] if len(numbers) == 3 else numbers)
     except ValueError:
         raise InputError(
-            f"--cast {text!r} is no cast: give distance [m], speed [m/s], wait [s] and, if it is not toward the cup, the bearing "
-            "[deg], such as --cast 0.30,0.60,0.10 or --cast 0.30,0.60,0.10,45"
+            f"--cast {quoted(text)} is no cast: give distance [m], speed [m/s], wait [s] and, if it is not toward the cup, the "
+            "bearing [deg], such as --cast 0.30,0.60,0.10 or --cast 0.30,0.60,0.10,45"
         ) from None
     try:
         return wc.Cast(distance, speed, wait, math.radians(bearing))
     except InputError as error:
-        raise InputError(f"--cast {text!r}: {error}") from None
+        raise InputError(f"--cast {quoted(text)}: {error}") from None
 
 
 def parse_cup(text: str) -> Position:
@@ -66,8 +66,8 @@ def parse_cup(text: str) -> Position:
         x, y = (float(number) for number in (numbers if len(numbers) == 2 else [*numbers, "0"]))
     except ValueError:
         raise InputError(
-            f"--cup {text!r} is not a position: give X or X,Y in metres, such as --cup 0.75 or --cup 0.60,-0.25"
+            f"--cup {quoted(text)} is not a position: give X or X,Y in metres, such as --cup 0.75 or --cup 0.60,-0.25"
         ) from None
     if not (math.isfinite(x) and math.isfinite(y)):
-        raise InputError(f"--cup {text!r} is not finite: give X or X,Y in metres, such as --cup 0.75")
+        raise InputError(f"--cup {quoted(text)} is not finite: give X or X,Y in metres, such as --cup 0.75")
     return x, y

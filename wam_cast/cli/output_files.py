@@ -15,14 +15,6 @@ if TYPE_CHECKING:
     from wam_cast.types import Array
 
 
-def check_picture(path: Path) -> None:
-    """Refuse a picture whose format is none of ours, or whose place cannot be written."""
-    from wam_cast.visualization.picture_files import picture_format
-
-    picture_format(path)
-    check_writable(path)
-
-
 class ThrowFiles(NamedTuple):
     """What `throw` is to write, each a path or none; the picture and the animation show one cast."""
 
@@ -35,11 +27,13 @@ class ThrowFiles(NamedTuple):
         for option, path in (("--picture", self.picture), ("--animation", self.animation)):
             if path and n_cups > 1:
                 raise InputError(f"{option} shows one cast: give one --cup, not {n_cups}")
-        for path in filter(None, self):
-            check_writable(path)
-        if self.replay and self.replay.suffix.lower() not in (".html", ".htm"):
-            raise InputError(f"--replay {self.replay} is a web page: choose a name that ends in .html")
+        if self.replay:
+            check_writable(self.replay)
+            if self.replay.suffix.lower() not in (".html", ".htm"):
+                raise InputError(f"--replay {self.replay} is a web page: choose a name that ends in .html")
         if self.picture:
+            from wam_cast.visualization.picture_files import check_picture
+
             check_picture(self.picture)
         if self.animation:
             from wam_cast.visualization.film import check_animation

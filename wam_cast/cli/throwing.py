@@ -10,7 +10,7 @@ from wam_cast.cli import options
 from wam_cast.cli.options import parse_cast
 from wam_cast.cli.output_files import ThrowFiles
 from wam_cast.cli.terminal import progress
-from wam_cast.errors import InputError
+from wam_cast.errors import InputError, quoted
 
 if TYPE_CHECKING:
     from wam_cast.types import Position
@@ -39,8 +39,8 @@ def given_throws(scenario: wc.Scenario, casts: list[str], cups: list[Position]) 
         if not is_allowed(scenario, throw.cast.to_array()):
             bounds = ", ".join(f"{name} {low:g} to {high:g}" for name, (low, high) in scenario.bounds)
             raise InputError(
-                f"--cast {text!r} is beyond the scenario's bounds ({bounds}; a move of {scenario.motion.min_move_duration:g} s at "
-                "least); choose another, or widen the scenario's"
+                f"--cast {quoted(text)} is beyond the scenario's bounds ({bounds}; a move of "
+                f"{scenario.motion.min_move_duration:g} s at least); choose another, or widen the scenario's"
             )
     return throws
 

@@ -233,10 +233,10 @@ def test_ctrl_c_while_the_parts_are_loaded_is_no_traceback(cli, monkeypatch):
     class Interruption:
         @staticmethod
         def find_spec(name, *_):
-            if name == "wam_cast.cli.commands":
+            if name == "wam_cast.cli.running":
                 raise KeyboardInterrupt
 
-    monkeypatch.delitem(sys.modules, "wam_cast.cli.commands", raising=False)
+    monkeypatch.delitem(sys.modules, "wam_cast.cli.running", raising=False)
     monkeypatch.setattr(sys, "meta_path", [Interruption, *sys.meta_path])
     result = cli("plan", "--cup", "0.75")
     assert (result.code, result.out, result.err) == (130, "", "interrupted\n")

@@ -32,7 +32,7 @@ def require_workable(scenario: wc.Scenario, path: Path | None, work: type[WorkDi
         raise InputError(f"{name} cannot work: {verdict.reason}; see `{shlex.join(command)}`")
 
 
-def print_preview(preview: Preview, n_training_casts: int, picture: Path | None) -> None:
+def print_preview(preview: Preview, n_training_casts: int) -> None:
     """Print what a preview found, and its verdict."""
     record = preview.record(n_training_casts)
     n = record["n_casts"]
@@ -61,8 +61,6 @@ def print_preview(preview: Preview, n_training_casts: int, picture: Path | None)
     out.print(f"this scenario {'can' if preview.verdict.can_work else 'cannot'} work: {preview.verdict.reason}")
     for remark in preview.verdict.remarks:
         out.print(f"but: {remark}")
-    if picture is not None:
-        out.print(f"the picture is in {picture}")
 
 
 def _range(ends: tuple[float, float]) -> str:

@@ -176,15 +176,17 @@ def check(
         check_picture(picture)
     with progress("checking the scenario"):
         preview = wc.preview_scenario(model_choice.load_scenario(scenario))
-    if picture is not None:
-        from wam_cast.experiments.preview_picture import write_preview_picture
-
-        write_preview_picture(preview, picture)
     if as_json:
         file = {} if picture is None else {"picture": str(picture)}
         print_json({**preview.record(model_choice.TRAINING_CASTS), **file})
     else:
-        print_preview(preview, model_choice.TRAINING_CASTS, picture)
+        print_preview(preview, model_choice.TRAINING_CASTS)
+    if picture is not None:
+        from wam_cast.experiments.preview_picture import write_preview_picture
+
+        write_preview_picture(preview, picture)
+        if not as_json:
+            out.print(f"the picture is in {picture}")
     if not preview.verdict.can_work:
         raise typer.Exit(1)
 
@@ -309,11 +311,13 @@ def map_(
         floor = map_floor(
             forward, size, method=planner, solver=solver, seed=seed, n_workers=workers, on_progress=report
         )
-    write_floor_picture(floor, picture)
     if as_json:
         print_json({"picture": str(picture), **floor.record()})
     else:
-        results.print_map(floor, picture)
+        results.print_map(floor)
+    write_floor_picture(floor, picture)
+    if not as_json:
+        out.print(f"the map is in {picture}")
 
 
 @app.command()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -41,17 +41,29 @@ class ThrowFiles(NamedTuple):
             check_animation(self.animation)
 
     def write(self, recordings: Sequence[wc.CastRecording], landings: Sequence[Array | None]) -> None:
-        """Write what is wanted of executed casts, whose predicted `landings` are marked where there are any, and say where."""
+        """Write what is wanted of executed casts, whose predicted `landings` are marked where there are any, and say where.
+
+        A file that cannot be written keeps no other from being written. Raises `.InputError` for the first such.
+        """
         from wam_cast.visualization.film import write_animation
         from wam_cast.visualization.film_strip import write_picture
         from wam_cast.visualization.replay import write_replay
 
-        if self.replay:
-            write_replay(recordings, self.replay, landings)
-            err.print(f"replay: {self.replay}")
-        if self.picture:
-            write_picture(recordings[0], self.picture, landings[0])
-            err.print(f"picture: {self.picture}")
-        if self.animation:
-            write_animation(recordings[0], self.animation)
-            err.print(f"animation: {self.animation}")
+        writers: dict[str, Callable[[Path], None]] = {
+            "replay": lambda path: write_replay(recordings, path, landings),
+            "picture": lambda path: write_picture(recordings[0], path, landings[0]),
+            "animation": lambda path: write_animation(recordings[0], path),
+        }
+        flaws = []
+        for what, write in writers.items():
+            path = getattr(self, what)
+            if path is None:
+                continue
+            try:
+                write(path)
+            except InputError as error:
+                flaws.append(error)
+            else:
+                err.print(f"{what}: {path}")
+        if flaws:
+            raise flaws[0]

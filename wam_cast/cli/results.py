@@ -186,7 +186,7 @@ def print_findings(findings: Findings, directory: Path) -> None:
     out.print(f"report: {directory / 'report.html'}")
 
 
-def print_map(floor: FloorMap, picture: Path) -> None:
+def print_map(floor: FloorMap) -> None:
     """Print a row for each distance from the base axis: what was predicted, what was executed, and how often it succeeded."""
     headings = ["cup\n\n[m]", "predicted\nalong\n[mm]", "executed\nalong\n[mm]", "executed\nlateral\n[mm]"]
     headings += ["clear\n\n[%]", "caught", "interval\n\n[%]"]
@@ -210,7 +210,7 @@ def print_map(floor: FloorMap, picture: Path) -> None:
     for ring in record["rings"]:
         if not ring["is_feasible"]:
             out.print(f"cup {ring['radius']:.3f}: no cast is predicted to end in it ({ring['reason']})")
-    out.print(f"{record['n_caught']} of {record['n_casts']} caught; the map is in {picture}")
+    out.print(f"{record['n_caught']} of {record['n_casts']} caught")
 
 
 def _print_infeasible(plan: wc.Plan) -> None:

@@ -13,8 +13,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
@@ -33,6 +33,7 @@ from wam_cast.planning.reach import Reach
 from wam_cast.scenario import Noise, Scenario
 from wam_cast.types import Array
 from wam_cast.visualization.figures.model_figures import draw_calibration
+from wam_cast.visualization.picture_files import check_picture, write_figure
 from wam_cast.visualization.style import figure_style
 
 SHARES = np.linspace(0.05, 0.95, 19)
@@ -47,6 +48,8 @@ def main() -> None:
     arguments.add_argument("--workers", type=int, help="default: one for each processor")
     arguments.add_argument("--picture", type=Path, metavar="FILE", help="write the reliability diagram there")
     options = arguments.parse_args()
+    if options.picture is not None:
+        check_picture(options.picture)
     model, console = reference_model(), Console()
     with Workers(options.workers) as workers, Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("casts", total=options.casts)
@@ -65,9 +68,9 @@ def main() -> None:
         _print_clear_entries(console, model, options.cups, options.seed, workers)
     if options.picture is not None:
         with figure_style():
-            figure, axes = plt.subplots(figsize=(5.2, 3.4), layout="constrained")
-            draw_calibration(axes, SHARES, curves)
-            figure.savefig(options.picture, dpi=150)
+            figure = Figure(figsize=(5.2, 3.4), layout="constrained")
+            draw_calibration(figure.subplots(), SHARES, curves)
+            write_figure(figure, options.picture, dpi=150)
 
 
 def _print_calibration(console: Console, model: ForwardModel, casts: Array, residuals: Array) -> dict[str, Array]:

@@ -149,6 +149,11 @@ def test_importing_the_package_loads_nothing_heavy():
     assert not heavy & loaded_by("import wam_cast")
 
 
+def test_help_loads_nothing_heavy():
+    heavy = {"pydrake", "sklearn", "pandas", "pyarrow", "scipy", "matplotlib", "numpy", "pydantic", "yaml"}
+    assert not heavy & loaded_by("import wam_cast.cli.running")
+
+
 def test_scenario_and_cast_load_neither_drake_nor_learning():
     loaded = loaded_by("import wam_cast; wam_cast.Scenario(); wam_cast.Cast(0.3, 0.6, 0.1)")
     assert not {"pydrake", "sklearn", "pandas", "scipy"} & loaded

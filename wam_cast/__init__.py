@@ -6,11 +6,12 @@ The public names are resolved when they are first used, so that importing the pa
 from __future__ import annotations
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
 
-from wam_cast.version import __version__
+TYPE_CHECKING = False  # type checkers take it for true; the module `typing` would take longer than all else here
 
 if TYPE_CHECKING:
+    from typing import Any
+
     from wam_cast.cast import Cast as Cast
     from wam_cast.errors import InputError as InputError
     from wam_cast.experiments.paper.reproduce import reproduce as reproduce
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from wam_cast.simulation.simulator import CastSimulator as CastSimulator
     from wam_cast.simulation.simulator import simulate_cast as simulate_cast
     from wam_cast.simulation.simulator import simulate_casts as simulate_casts
+    from wam_cast.version import __version__ as __version__
 
 _NAMES = {
     "cast": ["Cast"],
@@ -61,6 +63,8 @@ __all__ = [*sorted(_HOME), "__version__"]
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":  # to look it up takes longer than all else here
+        return import_module("wam_cast.version").__version__
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     value = getattr(import_module(f"{__name__}.{_HOME[name]}"), name)

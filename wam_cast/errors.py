@@ -4,34 +4,46 @@ from __future__ import annotations
 
 import math
 import operator
+import re
 import reprlib
 from collections.abc import Callable
 from functools import wraps
 from numbers import Real
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from pydantic import BaseModel, ValidationError
+if TYPE_CHECKING:
+    from pydantic import BaseModel, ValidationError
 
 
-class InputError(ValueError):
+LONGEST_WORD, LONGEST_LINE = 200, 1000
+"""Letters of a word in a message, such as a path, and of all of it but the commands that it names."""
+
+_SHORT = reprlib.Repr()
+_SHORT.maxlevel, _SHORT.maxstring, _SHORT.maxother, _SHORT.maxlong = 3, 100, 100, 100
+
+
+class _OneLineError(Exception):
+    """However long a path or a value is that the line quotes, the line is not."""
+
+    def __init__(self, line: str) -> None:
+        super().__init__(_bounded(line))
+
+
+class InputError(_OneLineError, ValueError):
     """Input that cannot be used: one line that names the value, what is allowed and how to fix it.
 
     The command line prints it and exits with code 2; from Python it is a `ValueError`.
     """
 
 
-class MachineError(RuntimeError):
+class MachineError(_OneLineError, RuntimeError):
     """The machine failed, not the input and not the simulation: one line that says what happened and how to go on.
 
     The command line prints it and exits with code 2.
     """
 
 
-_SHORT = reprlib.Repr()
-_SHORT.maxlevel, _SHORT.maxstring, _SHORT.maxother, _SHORT.maxlong = 3, 100, 100, 100
-
-
-def shortened(value: object, longest: int = 100) -> str:
+def shortened(value: object, longest: int = LONGEST_WORD) -> str:
     """Return the text of a value, such as a path that a user gave, of at most `longest` letters: of longer ones both ends."""
     text = str(value)
     half = (longest - 3) // 2
@@ -54,6 +66,16 @@ def is_finite(value: object) -> bool:
         return False
 
 
+def _bounded(line: str) -> str:
+    """Return a line with what is too long in it shortened; commands, in backquotes, are to be pasted and stay whole."""
+    parts = line.split("`")
+    parts[::2] = [
+        shortened(re.sub(rf"\S{{{LONGEST_WORD + 1},}}", lambda word: shortened(word[0]), part), LONGEST_LINE)
+        for part in parts[::2]
+    ]
+    return "`".join(parts)
+
+
 def checked_integer(name: str, value: int, least: int) -> int:
     """Return `value` as an int; raises `InputError` if it is no integer from `least` on."""
     try:
@@ -67,6 +89,7 @@ def checked_integer(name: str, value: int, least: int) -> int:
 
 def with_input_errors(initialize: Callable[..., None]) -> Callable[..., None]:
     """Return the constructor of a pydantic model that raises `InputError` where pydantic refuses a value."""
+    from pydantic import ValidationError
 
     @wraps(initialize)
     def checked(self: BaseModel, /, **values: Any) -> None:
@@ -86,7 +109,7 @@ def describe_validation(error: ValidationError, model: type[BaseModel] | None = 
     With the `model` that refused the values, a line about a wrong key lists the right ones.
     """
     first, *others = error.errors()
-    path = ".".join(str(part) for part in first["loc"]) or "the top level"
+    path = shortened(".".join(str(part) for part in first["loc"])) or "the top level"
     message, found = first["msg"].removeprefix("Value error, "), quoted(first["input"])
     keys = ", ".join(_keys(model, first["loc"][:-1] if first["type"] == "extra_forbidden" else first["loc"]))
     if first["type"] == "value_error":  # written by a validator of ours, which names the value itself

@@ -115,7 +115,9 @@ def test_wrong_input_is_refused_before_the_casts(cli, asked, words, part):
     ["generate --casts 40 --out d", "reproduce --quick --out d", "throw --cup 0.7 --train", "plan --cup 0.7 --train"],
 )
 def test_work_on_a_scenario_that_cannot_work_does_not_begin(cli, folder, asked, bad, words, monkeypatch):
-    monkeypatch.setattr(model_choice, "find", lambda path, _: (model_choice.load_scenario(path), None))
+    monkeypatch.setattr(
+        model_choice, "find", lambda path, _: model_choice.Found(model_choice.load_scenario(path), None)
+    )
     result = cli(*words.split(), *bad)
     assert (result.code, result.out) == (2, "")
     expected = f"error: scenario bad.yaml cannot work: {BAD.reason}; see `wam-cast check --scenario bad.yaml`\n"

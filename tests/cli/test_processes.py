@@ -5,9 +5,11 @@ import os
 import re
 import shlex
 import signal
+import subprocess
 import sys
 import time
 import urllib.request
+from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -15,6 +17,10 @@ import pytest
 import wam_cast as wc
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals and pipes of POSIX")
+
+
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(wc.__file__).parents[1])}
+"""With which other processes find the package."""
 
 
 def ctrl_c(process):
@@ -75,7 +81,42 @@ def test_a_reader_that_has_left_gets_no_traceback(process, words):
         result = process(*words.split(), stdout=writer)
     finally:
         os.close(writer)
-    assert result.err == ""
+    assert (result.code, result.err) == (141, "")
+
+
+@pytest.fixture(params=["", "1"], ids=["buffered", "unbuffered"])
+def full_disk(request, monkeypatch):
+    """Give a device that is always full, written to at once or not."""
+    monkeypatch.setenv("PYTHONUNBUFFERED", request.param)
+    full = Path("/dev/full")
+    if not full.exists():
+        pytest.skip("this system has no device that is always full")
+    with full.open("w") as device:
+        yield device
+
+
+@pytest.mark.parametrize(
+    "words", ["--version", "--help", pytest.param("plan --cup 0.75 --json", marks=pytest.mark.slow)]
+)
+def test_output_without_room_is_one_line(process, full_disk, words):
+    result = process(*words.split(), stdout=full_disk)
+    assert result.code == 2
+    assert result.err.count("\n") == 1
+    assert "no space left on device" in result.err
+    assert process(*words.split(), stdout=full_disk, stderr=full_disk).code == 2
+
+
+def test_errors_without_room_keep_their_exit_code(process, full_disk):
+    assert process("plan", "--cup", "up", stderr=full_disk).code == 2
+
+
+@pytest.mark.parametrize("closed", ["0<&-", "1>&-", "2>&-", "0<&- 1>&- 2>&-"])
+def test_closed_streams_are_done_without(closed, folder):
+    command = f"{shlex.quote(sys.executable)} -m wam_cast plan --cup up {closed}"
+    ended = subprocess.run(command, shell=True, env=ENVIRONMENT, capture_output=True, text=True)
+    assert ended.returncode == 2
+    assert ended.stdout == ""
+    assert ended.stderr.count("\n") == (0 if "2>" in closed else 1)
 
 
 def test_letters_that_the_terminal_does_not_have_are_done_without(process, monkeypatch):
@@ -150,14 +191,52 @@ def test_the_commands_that_an_error_names_work_as_printed(process):
     assert result.code == (0 if json.loads(result.out)["is_caught"] else 1)
 
 
+UNHEARD = """
+import os, signal, sys
+
+class Interrupts:
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGINT)
+
+class Loading:
+    def find_spec(name, *_):
+        if name == "wam_cast.cli.commands":
+            Interrupts()
+
+sys.meta_path.insert(0, Loading)
+sys.argv = ["wam-cast", "--version"]
+from wam_cast.cli import main
+main()
+"""
+"""Interrupts itself while the command line is loaded, where Python ignores exceptions."""
+
+
+AMID_EXEC = """
+import sys
+from wam_cast.cli import main, running
+
+def interrupted(words):
+    exec("raise KeyboardInterrupt")
+
+running.run = interrupted
+main()
+"""
+
+
+@pytest.mark.parametrize("code", [UNHEARD, AMID_EXEC], ids=["ignored", "amid exec"])
+def test_ctrl_c_is_one_word_where_python_would_ignore_it_or_end_by_a_signal(code):
+    ended = subprocess.run([sys.executable, "-c", code], env=ENVIRONMENT, capture_output=True, text=True)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (130, "", "interrupted\n")
+
+
 def test_ctrl_c_while_the_parts_are_loaded_is_no_traceback(cli, monkeypatch):
     class Interruption:
         @staticmethod
         def find_spec(name, *_):
-            if name == "wam_cast.cli.commands":
+            if name == "wam_cast.cli.running":
                 raise KeyboardInterrupt
 
-    monkeypatch.delitem(sys.modules, "wam_cast.cli.commands", raising=False)
+    monkeypatch.delitem(sys.modules, "wam_cast.cli.running", raising=False)
     monkeypatch.setattr(sys, "meta_path", [Interruption, *sys.meta_path])
     result = cli("plan", "--cup", "0.75")
     assert (result.code, result.out, result.err) == (130, "", "interrupted\n")

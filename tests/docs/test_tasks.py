@@ -52,3 +52,14 @@ def test_ci_sets_up_the_pythons_that_have_constraints():
         text = (ROOT / ".github" / "workflows" / workflow).read_text(encoding="utf-8")
         versions = re.findall(r'python-version: "(3)\.(\d+)"', text)
         assert sorted(f"py{major}{minor}.txt" for major, minor in versions) == [path.name for path in CONSTRAINTS]
+
+
+def test_readme_promises_the_pythons_that_the_package_declares():
+    declared = re.findall(r"Python :: (3\.\d+)", "\n".join(PROJECT["project"]["classifiers"]))
+    oldest = declared[0]
+    assert PROJECT["project"]["requires-python"] == f">={oldest}"
+    readme = " ".join((ROOT / "README.md").read_text(encoding="utf-8").split())
+    assert f"Python {oldest} or newer on x86-64" in readme
+    tested = {f"3.{path.stem.removeprefix('py3')}" for path in CONSTRAINTS}
+    assert tested <= set(declared)
+    assert f"CI runs {' and '.join(sorted(tested))}" in readme

@@ -10,7 +10,7 @@ import pytest
 from wam_cast.errors import InputError
 from wam_cast.storage.atomic import check_writable, replacing, write_file
 
-UNWRITABLE = ["missing/file", ".", "folder", "old/file", "x" * 300]
+UNWRITABLE = ["missing/file", ".", "folder", "old/file", "x" * 300, "a\0b"]
 """Below a folder that holds `old`, a file, and `folder`."""
 
 
@@ -74,14 +74,14 @@ def test_what_cannot_be_written_is_refused_in_one_line_and_nothing_changes(folde
     with pytest.raises(InputError) as caught:
         write_file(folder / name, b"now")
     line = str(caught.value)
-    assert line.startswith(f"cannot write {folder / name}: ")
+    assert line.startswith(f"cannot write {folder / name}"[:100])
     assert "existing folder" in line
     assert "\n" not in line
     assert names(folder) == ["folder", "old"]
     assert (folder / "old").read_bytes() == b"before"
 
 
-@pytest.mark.parametrize("name", [name for name in UNWRITABLE if len(name) < 256])
+@pytest.mark.parametrize("name", UNWRITABLE)
 def test_that_can_be_asked_before(folder, name):
     with pytest.raises(InputError, match="cannot write"):
         check_writable(folder / name)
@@ -101,9 +101,12 @@ def test_a_folder_that_may_not_be_written_to_is_refused(folder):
             ask(folder / "folder" / "new")
 
 
-def test_a_folder_that_may_not_be_written_to_is_asked_about(folder, monkeypatch):
-    monkeypatch.setattr(os, "access", lambda path, mode: path != folder)
-    with pytest.raises(InputError, match="permission denied"):
+def test_asking_meets_whatever_writing_would(folder, monkeypatch):
+    def refuse(path, *_, **__):
+        raise OSError(30, "Read-only file system")
+
+    monkeypatch.setattr(Path, "touch", refuse)
+    with pytest.raises(InputError, match="read-only file system"):
         check_writable(folder / "new")
 
 

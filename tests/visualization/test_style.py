@@ -6,8 +6,13 @@ import matplotlib as mpl
 import pytest
 from matplotlib.figure import Figure
 
+from wam_cast.experiments.floor_map import MapSize, map_floor
+from wam_cast.experiments.floor_picture import write_floor_picture
+from wam_cast.learning.reference import reference_model
+from wam_cast.visualization.film import write_animation
+from wam_cast.visualization.film_strip import write_picture
 from wam_cast.visualization.picture_files import write_figure
-from wam_cast.visualization.style import STYLE_SHEET, figure_style
+from wam_cast.visualization.style import STYLE_SHEET, figure_style, picture_style
 
 
 def test_style_sheet_is_applied_whatever_the_user_set_and_left_again():
@@ -17,6 +22,41 @@ def test_style_sheet_is_applied_whatever_the_user_set_and_left_again():
             assert mpl.rcParams["axes.labelsize"] == 8.5
             assert not mpl.rcParams["axes.grid"]
         assert dict(mpl.rcParams) == before
+
+
+USERS = {
+    "text.usetex": True,
+    "font.size": 30,
+    "axes.prop_cycle": mpl.cycler(color=["red"]),
+    "savefig.bbox": "tight",
+    "image.origin": "lower",
+    "lines.dashed_pattern": [9, 9],
+}
+"""What somebody may have in a `matplotlibrc`, who has no LaTeX."""
+
+
+@pytest.mark.parametrize("context", [figure_style, picture_style])
+def test_figures_start_from_matplotlibs_defaults(context):
+    with mpl.rc_context(mpl.rcParamsDefault), context():
+        expected = dict(mpl.rcParams)
+    with mpl.rc_context(USERS), context():
+        assert dict(mpl.rcParams) == expected
+
+
+@pytest.mark.parametrize("name", ["strip.svg", "floor.svg", pytest.param("film.gif", marks=pytest.mark.slow)])
+def test_the_users_settings_change_no_picture(tmp_path, name, landed, floor_without_physics):
+    def write(path):
+        if name.startswith("strip"):
+            write_picture(landed, path)
+        elif name.startswith("film"):
+            write_animation(landed, path)
+        else:
+            write_floor_picture(map_floor(reference_model(), MapSize(2, 2)), path)
+
+    write(tmp_path / name)
+    with mpl.rc_context(USERS):
+        write(tmp_path / f"2{name}")
+    assert (tmp_path / name).read_bytes() == (tmp_path / f"2{name}").read_bytes()
 
 
 def test_style_sheet_is_beside_its_module():

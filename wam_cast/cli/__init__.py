@@ -1,46 +1,39 @@
 """The command line `wam-cast`."""
 
-import re
+from __future__ import annotations
+
+import os
 import sys
-from typing import NoReturn
 
 
-def main() -> NoReturn:
+def main() -> None:
     """Run the command line and end the process with its exit code; Ctrl-C ends it with 130 and no traceback."""
     try:
-        code = _run(sys.argv[1:] or ["--help"])
+        # Imported in here, where Ctrl-C is answered for.
+        import signal
+
+        handler = signal.getsignal(signal.SIGINT)
+        if handler is signal.default_int_handler:  # a `KeyboardInterrupt` can get lost where Python loads modules
+            signal.signal(signal.SIGINT, _leave)
+        from wam_cast.cli.running import run
+
+        signal.signal(signal.SIGINT, handler)
+        code = run(sys.argv[1:] or ["--help"])
     except KeyboardInterrupt:
         code = 130
     if code == 130:
-        print("interrupted", file=sys.stderr)
+        exec("")  # lest Python remember an interruption amid another `exec`, as dataclasses have, and end by a signal
+        _say_interrupted()
     sys.exit(code)
 
 
-def _run(words: list[str]) -> int:
-    # Imported in here, where Ctrl-C is answered for.
-    import typer
+def _leave(*_: object) -> None:
+    _say_interrupted()
+    os._exit(130)
 
-    from wam_cast.cli.commands import app
-    from wam_cast.cli.terminal import err
-    from wam_cast.errors import InputError, MachineError
 
-    try:
-        code: int | None = app(words, prog_name="wam-cast", standalone_mode=False)
-    except typer.Abort:
-        return 130
-    except (InputError, MachineError) as error:
-        line = str(error)
-    except Exception as error:
-        # Typer's own errors of usage; their common base has another home from version to version.
-        if not hasattr(error, "format_message"):
-            raise
-        context = getattr(error, "ctx", None)
-        command = "wam-cast" if context is None else context.command_path
-        message = error.format_message().replace("Value error, ", "").rstrip(".")
-        if re.search(r"option: -[\d.]", message):
-            message += " (a cup is one word: --cup 0.60,-0.25)"
-        line = f"{message[:1].lower()}{message[1:]}; see `{command} --help`"
-    else:
-        return code or 0
-    err.print(f"error: {' '.join(line.split())}")  # one line, whatever the message holds
-    return 2
+def _say_interrupted() -> None:
+    from contextlib import suppress
+
+    with suppress(OSError):
+        print("interrupted", file=sys.stderr, flush=True)

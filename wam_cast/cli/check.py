@@ -7,17 +7,14 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-from rich.table import Table
-
 import wam_cast as wc
-from wam_cast.cli.terminal import out, progress
+from wam_cast.cli.terminal import out, print_table, progress
 from wam_cast.errors import InputError
-from wam_cast.types import Array
 
 if TYPE_CHECKING:
     from wam_cast.experiments.preview import Preview
     from wam_cast.storage.work_directory import WorkDirectory
+    from wam_cast.types import Array
 
 
 def require_workable(scenario: wc.Scenario, path: Path | None, work: type[WorkDirectory], directory: Path) -> None:
@@ -35,14 +32,14 @@ def require_workable(scenario: wc.Scenario, path: Path | None, work: type[WorkDi
         raise InputError(f"{name} cannot work: {verdict.reason}; see `{shlex.join(command)}`")
 
 
-def print_preview(preview: Preview, n_training_casts: int, picture: Path | None) -> None:
+def print_preview(preview: Preview, n_training_casts: int) -> None:
     """Print what a preview found, and its verdict."""
-    record, table = preview.record(n_training_casts), Table(show_header=False)
+    record = preview.record(n_training_casts)
     n = record["n_casts"]
-    low, high = np.degrees(record["bearings"])
+    low, high = map(math.degrees, record["bearings"])
     torque, velocity = (_peak(getattr(preview, f"peak_{what}_utilization")) for what in ("torque", "velocity"))
     statuses = ", ".join(f"{count} {status}" for status, count in record["statuses"].items())
-    for row in (
+    rows = [
         ("hand goes down, from the base axis [m]", _range(preview.hand_radii)),
         ("hand at its highest and lowest [m]", _range(preview.hand_heights[::-1])),
         ("bearings [deg]", f"{low:.0f} to {high:.0f}"),
@@ -59,14 +56,11 @@ def print_preview(preview: Preview, n_training_casts: int, picture: Path | None)
             f"`wam-cast generate`, {n_training_casts} casts on {record['n_processors']} processors",
             f"about {_duration(preview.generation_time(n_training_casts))}",
         ),
-    ):
-        table.add_row(*row)
-    out.print(table)
+    ]
+    print_table(rows)
     out.print(f"this scenario {'can' if preview.verdict.can_work else 'cannot'} work: {preview.verdict.reason}")
     for remark in preview.verdict.remarks:
         out.print(f"but: {remark}")
-    if picture is not None:
-        out.print(f"the picture is in {picture}")
 
 
 def _range(ends: tuple[float, float]) -> str:
@@ -75,10 +69,8 @@ def _range(ends: tuple[float, float]) -> str:
 
 def _peak(utilization: Array) -> str:
     """Return the largest utilization of the joints, and whose it is."""
-    if np.isnan(utilization).any():
-        return "-"
-    joint = int(np.argmax(utilization))
-    return f"{100 * utilization[joint]:.0f} % (joint {joint + 1})"
+    highest = utilization.max()
+    return "-" if math.isnan(highest) else f"{100 * highest:.0f} % (joint {utilization.argmax() + 1})"
 
 
 def _duration(seconds: float) -> str:

@@ -7,6 +7,7 @@ is no; 2 the input was wrong or the machine failed, one line says how; 130 inter
 from __future__ import annotations
 
 import os
+import shutil
 import time
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -18,16 +19,22 @@ import typer
 import wam_cast as wc
 from wam_cast.cli import model_choice, options, results
 from wam_cast.cli.check import print_preview, require_workable
-from wam_cast.cli.mapping import write_map
+from wam_cast.cli.mapping import kept_until_drawn
 from wam_cast.cli.options import parse_cup
-from wam_cast.cli.output_files import ThrowFiles, check_picture
+from wam_cast.cli.output_files import ThrowFiles
 from wam_cast.cli.results import Executed, plan_record, print_json, throw_record
 from wam_cast.cli.terminal import err, out, phase_progress, progress
 from wam_cast.cli.throwing import execute, given_throws, make_plans
 from wam_cast.errors import InputError, MachineError
-from wam_cast.learning.parts import describe_failed_casts, failed_casts
 
-app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+NARROW = 60
+"""Columns of a terminal on which Rich would cut words of the help off."""
+
+app = typer.Typer(
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich" if shutil.get_terminal_size().columns >= NARROW else None,
+)
 
 
 def _print_version(wanted: bool) -> None:
@@ -49,42 +56,16 @@ def _common(
 def throw(
     cup: options.Cups,
     scenario: options.Scenario = None,
-    belief: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="What the robot of --scenario is believed to be: what is planned and controlled with. Default: the same.",
-        ),
-    ] = None,
+    belief: options.Belief = None,
     model: options.Model = None,
     planner: options.Planner = "program",
     solver: options.Solver = None,
     train: options.Train = False,
-    cast: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="D,S,W[,B]",
-            help="Execute this cast instead of planning: distance [m], speed [m/s], wait [s], bearing [deg]; default of B: toward "
-            "the cup. Needs no model. One for each --cup.",
-        ),
-    ] = None,
-    replay: Annotated[
-        Path | None, typer.Option(metavar="FILE.html", help="Write a replay that opens in a browser.")
-    ] = None,
-    picture: Annotated[
-        Path | None, typer.Option(metavar="FILE.png", help="Write a film strip of one cast (also .pdf, .svg).")
-    ] = None,
-    animation: Annotated[
-        Path | None, typer.Option(metavar="FILE.gif", help="Write a film of one cast, without its return (also .mp4).")
-    ] = None,
-    seed: Annotated[
-        int,
-        typer.Option(
-            min=0,
-            metavar="S",
-            help="Draws the scenario's noise, for the next cups with S+1, S+2 and so on. No effect without noise.",
-        ),
-    ] = 0,
+    cast: options.GivenCasts = None,
+    replay: options.Replay = None,
+    picture: options.FilmStrip = None,
+    animation: options.Film = None,
+    seed: options.NoiseSeed = 0,
     as_json: options.AsJson = False,
 ) -> None:
     """Plan a cast for each cup, execute them after each other in simulation, and report what became of the ball.
@@ -165,18 +146,22 @@ def check(
     It needs no model. `generate`, `reproduce` and --train ask the same first.
     """
     if picture is not None:
+        from wam_cast.visualization.picture_files import check_picture
+
         check_picture(picture)
     with progress("checking the scenario"):
         preview = wc.preview_scenario(model_choice.load_scenario(scenario))
-    if picture is not None:
-        from wam_cast.experiments.preview_picture import write_preview_picture
-
-        write_preview_picture(preview, picture)
     if as_json:
         file = {} if picture is None else {"picture": str(picture)}
         print_json({**preview.record(model_choice.TRAINING_CASTS), **file})
     else:
-        print_preview(preview, model_choice.TRAINING_CASTS, picture)
+        print_preview(preview, model_choice.TRAINING_CASTS)
+    if picture is not None:
+        from wam_cast.experiments.preview_picture import write_preview_picture
+
+        write_preview_picture(preview, picture)
+        if not as_json:
+            out.print(f"the picture is in {picture}")
     if not preview.verdict.can_work:
         raise typer.Exit(1)
 
@@ -195,6 +180,8 @@ def generate(
     as_json: options.AsJson = False,
 ) -> None:
     """Simulate random casts and store them; an interrupted run goes on when it is started again."""
+    from wam_cast.learning.parts import describe_failed_casts, failed_casts
+
     if workers is not None and scheduler is not None:
         raise InputError("--workers and --scheduler exclude each other: a scheduler brings its own workers")
     started = time.perf_counter()
@@ -228,6 +215,8 @@ def fit(
     """Fit a forward model to a dataset."""
     model, data = model_choice.fit(dataset, file, None if scenario is None else model_choice.load_scenario(scenario))
     if as_json:
+        from wam_cast.learning.parts import failed_casts
+
         record = {"model": str(file), "reach": model.reach, **asdict(model.info)}
         print_json({**record, "failed": failed_casts(data)})
     else:
@@ -287,20 +276,36 @@ def map_(
     The work is done when the map is drawn: the exit code is 0 whatever became of the balls. An interrupted map goes on when it is
     started again: until it is drawn, finished casts are kept beside it, in FILE.png.unfinished.
     """
-    check_picture(picture)
-    from wam_cast.experiments.floor_map import MapSize
+    from wam_cast.experiments.floor_map import MapSize, map_floor
+    from wam_cast.experiments.floor_picture import write_floor_picture
+    from wam_cast.visualization.picture_files import check_picture
 
+    check_picture(picture)
     size = MapSize(radii, bearings, casts)
     _, forward = model_choice.scenario_and_model(scenario, model, train)
     chosen = {"scenario": scenario, "model": model, "planner": planner, "solver": solver, "seed": seed}
     command = model_choice.command_line(
         "map", out=picture, radii=radii, bearings=bearings, casts=casts, workers=workers, **chosen
     )
-    floor = write_map(picture, forward, size, planner, solver, seed, workers, command)
-    if as_json:
-        print_json({"picture": str(picture), **floor.record()})
-    else:
-        results.print_map(floor, picture)
+    with kept_until_drawn(picture, command) as finished:
+        with phase_progress() as report:
+            floor = map_floor(
+                forward,
+                size,
+                method=planner,
+                solver=solver,
+                seed=seed,
+                n_workers=workers,
+                directory=finished,
+                on_progress=report,
+            )
+        if as_json:
+            print_json({"picture": str(picture), **floor.record()})
+        else:
+            results.print_map(floor)
+        write_floor_picture(floor, picture)
+    if not as_json:
+        out.print(f"the map is in {picture}")
 
 
 @app.command()
@@ -319,9 +324,10 @@ def show(
     without predictions.
     """
     if graph is not None:
-        from wam_cast.visualization.diagram import write_graph
+        from wam_cast.visualization.diagram import check_graph, write_graph
 
-        setting = model_choice.load_scenario(scenario) if model is None else model_choice.find(scenario, model)[0]
+        check_graph(graph)
+        setting = model_choice.load_scenario(scenario) if model is None else model_choice.find(scenario, model).scenario
         write_graph(wc.CastStation(setting), graph)
         if as_json:
             print_json({"graph": str(graph)})
@@ -331,9 +337,9 @@ def show(
     from wam_cast.visualization.interactive.explorer import Explorer
 
     with progress("setting up"):
-        setting, forward = model_choice.find(scenario, model)
+        setting, forward, _ = model_choice.find(scenario, model)
         advice = {}
-        if forward is None and scenario is not None:
+        if forward is None:
             advice = {"advice": f"{model_choice.how_to_make(scenario, setting)}, and start again"}
         explorer = Explorer(setting, forward, **advice)
     if as_json:

@@ -1,52 +1,25 @@
-"""What `map` does: it maps the floor, and goes on where a map to the same picture was interrupted."""
+"""Where `map` keeps finished casts until its picture is drawn, so that it goes on where it was interrupted."""
 
 from __future__ import annotations
 
 import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-import wam_cast as wc
-from wam_cast.cli import options
-from wam_cast.cli.terminal import err, phase_progress
+from wam_cast.cli.terminal import err
 from wam_cast.errors import MachineError
 
-if TYPE_CHECKING:
-    from wam_cast.experiments.floor_map import FloorMap, MapSize
 
+@contextmanager
+def kept_until_drawn(picture: Path, command: str) -> Iterator[Path]:
+    """Give a directory beside `picture` for finished casts, which goes once the context ends well.
 
-def write_map(
-    picture: Path,
-    model: wc.ForwardModel,
-    size: MapSize,
-    planner: options.Planner,
-    solver: options.Solver,
-    seed: int,
-    workers: int | None,
-    command: str,
-) -> FloorMap:
-    """Map the floor, and write its picture.
-
-    Until that is written finished casts are kept in a directory beside it. If the work is interrupted and something is finished,
-    say so, and that `command` goes on.
+    If the context is interrupted and something is finished, say so, and that `command` goes on.
     """
-    from wam_cast.experiments.floor_map import map_floor
-    from wam_cast.experiments.floor_picture import write_floor_picture
-
     unfinished = picture.with_name(f"{picture.name}.unfinished")
     try:
-        with phase_progress() as report:
-            floor = map_floor(
-                model,
-                size,
-                method=planner,
-                solver=solver,
-                seed=seed,
-                n_workers=workers,
-                directory=unfinished,
-                on_progress=report,
-            )
-        write_floor_picture(floor, picture)
+        yield unfinished
     except (KeyboardInterrupt, MachineError):
         if any(unfinished.glob("phases/*.json")):
             err.print(f"finished casts are kept in {unfinished}. Go on with: {command}")
@@ -54,4 +27,3 @@ def write_map(
             shutil.rmtree(unfinished, ignore_errors=True)
         raise
     shutil.rmtree(unfinished)
-    return floor

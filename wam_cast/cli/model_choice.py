@@ -5,13 +5,13 @@ from __future__ import annotations
 import shlex
 from contextlib import nullcontext
 from pathlib import Path
+from typing import NamedTuple
 
 import wam_cast as wc
 from wam_cast.cli.check import require_workable
 from wam_cast.cli.terminal import err, progress
 from wam_cast.controller_names import DEFAULT_CONTROLLER
 from wam_cast.errors import InputError, MachineError
-from wam_cast.learning.parts import describe_failed_casts
 from wam_cast.parallel.cluster import dask_executor
 from wam_cast.storage.atomic import check_writable
 
@@ -26,37 +26,56 @@ def load_scenario(path: Path | None) -> wc.Scenario:
 
 def scenario_and_model(path: Path | None, model_path: Path | None, train: bool) -> tuple[wc.Scenario, wc.ForwardModel]:
     """Return what to cast in and the model to plan with, as `find` does; if there is none, make it or say how it is made."""
-    scenario, model = find(path, model_path)
+    scenario, model, flaw = find(path, model_path)
     if model is not None:
         return scenario, model
-    assert path is not None
     if not train:
-        raise InputError(
-            f"scenario {path} has no model yet: {how_to_make(path, scenario)}, or add --train to do both now"
-        )
+        raise InputError(f"{flaw}; {how_to_make(path, scenario)}, or add --train to do both now")
     own, casts = _own_files(path, scenario)
     check_writable(own)
     generate(path, TRAINING_CASTS, 0, casts)
+    if own.exists():
+        aside = own.replace(own.with_name(f"{own.name}.set_aside"))
+        err.print(f"{flaw}; it is now {aside}")
     model, _ = fit(casts, own, scenario)
     return scenario, model
 
 
-def find(path: Path | None, model_path: Path | None) -> tuple[wc.Scenario, wc.ForwardModel | None]:
+class Found(NamedTuple):
+    """What `find` found."""
+
+    scenario: wc.Scenario
+    model: wc.ForwardModel | None
+    flaw: str = ""
+    """Why there is no model."""
+
+
+def find(path: Path | None, model_path: Path | None) -> Found:
     """Return what to cast in and its model: the one named, the shipped one if it fits, the scenario's own, or none.
 
-    The scenario's own lies beside its file. A model of another controller's casts is refused: the command line has one controller.
+    The scenario's own lies beside its file, that of the reference scenario in this folder. What does not serve is passed over,
+    unless it was named. A model of another controller's casts is refused: the command line has one controller.
     """
+    from wam_cast.learning.reference import reference_model_for
+
     if model_path is not None:
-        model = wc.ForwardModel.load(model_path, None if path is None else load_scenario(path), DEFAULT_CONTROLLER)
-        return model.scenario, model
-    scenario, reference = load_scenario(path), wc.reference_model()
-    if path is None or reference.serves(scenario):
-        return scenario, reference.bound_to(scenario)
+        named = wc.ForwardModel.load(model_path, None if path is None else load_scenario(path), DEFAULT_CONTROLLER)
+        return Found(named.scenario, named)
+    scenario = load_scenario(path)
+    model = reference_model_for(scenario)
+    if model is not None:
+        return Found(scenario, model)
     own, _ = _own_files(path, scenario)
-    return scenario, wc.ForwardModel.load(own, scenario, DEFAULT_CONTROLLER) if own.exists() else None
+    if not own.exists():
+        name = "the arm as it is now" if path is None else f"scenario {path}"
+        return Found(scenario, None, f"{name} has no model yet")
+    try:
+        return Found(scenario, wc.ForwardModel.load(own, scenario, DEFAULT_CONTROLLER))
+    except InputError as error:
+        return Found(scenario, None, str(error))
 
 
-def how_to_make(path: Path, scenario: wc.Scenario) -> str:
+def how_to_make(path: Path | None, scenario: wc.Scenario) -> str:
     """Return the commands that make a scenario's own model, where `find` finds it."""
     own, casts = _own_files(path, scenario)
     make = command_line("generate", scenario=path, casts=TRAINING_CASTS, out=casts)
@@ -109,6 +128,8 @@ def generate(
 
 def fit(dataset: Path, file: Path, scenario: wc.Scenario | None) -> tuple[wc.ForwardModel, wc.CastDataset]:
     """Fit a model to a stored dataset and store it; by default for the dataset's own scenario. Say which casts failed."""
+    from wam_cast.learning.parts import describe_failed_casts
+
     check_writable(file)
     data = wc.CastDataset.load(dataset, scenario)
     for line in describe_failed_casts(data):
@@ -128,7 +149,8 @@ def command_line(command: str, *arguments: object, **options: object) -> str:
     return shlex.join(words)
 
 
-def _own_files(path: Path, scenario: wc.Scenario) -> tuple[Path, Path]:
-    """Return where the own model of the scenario at `path` lies, and its dataset."""
+def _own_files(path: Path | None, scenario: wc.Scenario) -> tuple[Path, Path]:
+    """Return where the own model of the scenario at `path` lies, and its dataset; of the reference scenario in this folder."""
+    path = Path("reference.yaml") if path is None else path
     own = path.with_name(f"{path.stem}-{scenario.fingerprint[:8]}.model")
     return own, own.with_suffix(".casts")

@@ -1,21 +1,52 @@
-"""The options that several commands share, and what a cup is on the command line."""
+"""The options that several commands share and those of `throw`, and what a cup and a cast are on the command line."""
 
 from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from wam_cast.cast import Cast
-from wam_cast.casting_plane import to_polar
-from wam_cast.errors import InputError
-from wam_cast.types import Position
+import wam_cast as wc
+from wam_cast.errors import InputError, quoted
+
+if TYPE_CHECKING:
+    from wam_cast.types import Position
 
 AsJson = Annotated[bool, typer.Option("--json", metavar="", help="Print the result as JSON.")]
 Cups = Annotated[
     list[str], typer.Option("--cup", metavar="X[,Y]", help="The cup's axis in metres; default of Y: 0. Repeatable.")
+]
+Belief = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE",
+        help="What the robot of --scenario is believed to be: what is planned and controlled with. Default: the same.",
+    ),
+]
+GivenCasts = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="D,S,W[,B]",
+        help="Execute this cast instead of planning: distance [m], speed [m/s], wait [s], bearing [deg]; default of B: toward "
+        "the cup. Needs no model. One for each --cup.",
+    ),
+]
+Replay = Annotated[Path | None, typer.Option(metavar="FILE.html", help="Write a replay that opens in a browser.")]
+FilmStrip = Annotated[
+    Path | None, typer.Option(metavar="FILE.png", help="Write a film strip of one cast (also .pdf, .svg).")
+]
+Film = Annotated[
+    Path | None, typer.Option(metavar="FILE.gif", help="Write a film of one cast, without its return (also .mp4).")
+]
+NoiseSeed = Annotated[
+    int,
+    typer.Option(
+        min=0,
+        metavar="S",
+        help="Draws the scenario's noise, for the next cups with S+1, S+2 and so on. No effect without noise.",
+    ),
 ]
 Model = Annotated[
     Path | None,
@@ -39,21 +70,23 @@ Planner = Annotated[Literal["program", "gradient"], typer.Option(help="`gradient
 Solver = Annotated[Literal["snopt", "ipopt", "nlopt"] | None, typer.Option(help="Of the program; default: snopt.")]
 
 
-def parse_cast(text: str, cup: Position) -> Cast:
+def parse_cast(text: str, cup: Position) -> wc.Cast:
     """Return the cast `D,S,W[,B]`, B in degrees, by default toward the cup. Raises `.InputError`."""
+    from wam_cast.casting_plane import to_polar
+
     numbers = text.split(",")
     toward_cup = str(math.degrees(to_polar(cup)[1]))
     try:
         distance, speed, wait, bearing = map(float, [*numbers, toward_cup] if len(numbers) == 3 else numbers)
     except ValueError:
         raise InputError(
-            f"--cast {text!r} is no cast: give distance [m], speed [m/s], wait [s] and, if it is not toward the cup, the bearing "
-            "[deg], such as --cast 0.30,0.60,0.10 or --cast 0.30,0.60,0.10,45"
+            f"--cast {quoted(text)} is no cast: give distance [m], speed [m/s], wait [s] and, if it is not toward the cup, the "
+            "bearing [deg], such as --cast 0.30,0.60,0.10 or --cast 0.30,0.60,0.10,45"
         ) from None
     try:
-        return Cast(distance, speed, wait, math.radians(bearing))
+        return wc.Cast(distance, speed, wait, math.radians(bearing))
     except InputError as error:
-        raise InputError(f"--cast {text!r}: {error}") from None
+        raise InputError(f"--cast {quoted(text)}: {error}") from None
 
 
 def parse_cup(text: str) -> Position:
@@ -63,8 +96,8 @@ def parse_cup(text: str) -> Position:
         x, y = (float(number) for number in (numbers if len(numbers) == 2 else [*numbers, "0"]))
     except ValueError:
         raise InputError(
-            f"--cup {text!r} is not a position: give X or X,Y in metres, such as --cup 0.75 or --cup 0.60,-0.25"
+            f"--cup {quoted(text)} is not a position: give X or X,Y in metres, such as --cup 0.75 or --cup 0.60,-0.25"
         ) from None
     if not (math.isfinite(x) and math.isfinite(y)):
-        raise InputError(f"--cup {text!r} is not finite: give X or X,Y in metres, such as --cup 0.75")
+        raise InputError(f"--cup {quoted(text)} is not finite: give X or X,Y in metres, such as --cup 0.75")
     return x, y

@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import wam_cast as wc
 from wam_cast.cli.terminal import err
 from wam_cast.errors import InputError
 from wam_cast.storage.atomic import check_writable
-from wam_cast.types import Array
 
-
-def check_picture(path: Path) -> None:
-    """Refuse a picture whose format is none of ours, or whose place cannot be written."""
-    from wam_cast.visualization.picture_files import picture_format
-
-    picture_format(path)
-    check_writable(path)
+if TYPE_CHECKING:
+    from wam_cast.types import Array
 
 
 class ThrowFiles(NamedTuple):
@@ -33,11 +27,13 @@ class ThrowFiles(NamedTuple):
         for option, path in (("--picture", self.picture), ("--animation", self.animation)):
             if path and n_cups > 1:
                 raise InputError(f"{option} shows one cast: give one --cup, not {n_cups}")
-        for path in filter(None, self):
-            check_writable(path)
-        if self.replay and self.replay.suffix.lower() not in (".html", ".htm"):
-            raise InputError(f"--replay {self.replay} is a web page: choose a name that ends in .html")
+        if self.replay:
+            check_writable(self.replay)
+            if self.replay.suffix.lower() not in (".html", ".htm"):
+                raise InputError(f"--replay {self.replay} is a web page: choose a name that ends in .html")
         if self.picture:
+            from wam_cast.visualization.picture_files import check_picture
+
             check_picture(self.picture)
         if self.animation:
             from wam_cast.visualization.film import check_animation
@@ -45,17 +41,29 @@ class ThrowFiles(NamedTuple):
             check_animation(self.animation)
 
     def write(self, recordings: Sequence[wc.CastRecording], landings: Sequence[Array | None]) -> None:
-        """Write what is wanted of executed casts, whose predicted `landings` are marked where there are any, and say where."""
+        """Write what is wanted of executed casts, whose predicted `landings` are marked where there are any, and say where.
+
+        A file that cannot be written keeps no other from being written. Raises `.InputError` for the first such.
+        """
         from wam_cast.visualization.film import write_animation
         from wam_cast.visualization.film_strip import write_picture
         from wam_cast.visualization.replay import write_replay
 
-        if self.replay:
-            write_replay(recordings, self.replay, landings)
-            err.print(f"replay: {self.replay}")
-        if self.picture:
-            write_picture(recordings[0], self.picture, landings[0])
-            err.print(f"picture: {self.picture}")
-        if self.animation:
-            write_animation(recordings[0], self.animation)
-            err.print(f"animation: {self.animation}")
+        writers: dict[str, Callable[[Path], None]] = {
+            "replay": lambda path: write_replay(recordings, path, landings),
+            "picture": lambda path: write_picture(recordings[0], path, landings[0]),
+            "animation": lambda path: write_animation(recordings[0], path),
+        }
+        flaws = []
+        for what, write in writers.items():
+            path = getattr(self, what)
+            if path is None:
+                continue
+            try:
+                write(path)
+            except InputError as error:
+                flaws.append(error)
+            else:
+                err.print(f"{what}: {path}")
+        if flaws:
+            raise flaws[0]

@@ -9,10 +9,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rich.table import Table
-
 import wam_cast as wc
-from wam_cast.cli.terminal import out
+from wam_cast.cli.terminal import out, print_table
 
 if TYPE_CHECKING:
     from wam_cast.experiments.floor_map import FloorMap
@@ -93,18 +91,26 @@ def throw_record(executed: Executed) -> Record:
 
 def print_plans(plans: Sequence[wc.Plan]) -> None:
     """Print a row for each cup."""
-    table = _table(
-        "cup\n[m]", "distance\n[m]", "speed\n[m/s]", "wait\n[s]", "bearing\n[deg]", "predicted\nmiss [mm]", "clear\n[%]"
-    )
-    for plan in plans:
-        table.add_row(
+    headings = [
+        "cup\n[m]",
+        "distance\n[m]",
+        "speed\n[m/s]",
+        "wait\n[s]",
+        "bearing\n[deg]",
+        "predicted\nmiss [mm]",
+        "clear\n[%]",
+    ]
+    rows = [
+        (
             _position(plan.cup),
             *(f"{value:.4f}" for value in plan.cast.to_array()),
             f"{math.degrees(plan.cast.bearing):.2f}",
             f"{1e3 * plan.predicted_miss:.1f} ({1e3 * plan.predicted_std.along:.1f})",
             f"{100 * plan.rim_clear_probability:.0f}",
         )
-    out.print(table)
+        for plan in plans
+    ]
+    print_table(rows, headings)
     out.print("in brackets: predictive standard deviation")
     out.print("clear: probability of a rim-clear entry (without touching the rim)")
     for plan in plans:
@@ -115,14 +121,14 @@ def print_plans(plans: Sequence[wc.Plan]) -> None:
 
 def print_throws(executed: Sequence[Executed]) -> None:
     """Print a row for each cup."""
-    table = _table("cup\n[m]", "predicted\n[m]", "executed\n[m]", "miss\n[mm]", "status")
+    rows = []
     for throw, plan, outcome in executed:
         predicted = "-" if plan is None else _position(plan.predicted_landing)
         landing, miss = _position(outcome.landing), f"{1e3 * outcome.miss:.1f}"
         if not math.isfinite(outcome.miss):
             landing = miss = "-"
-        table.add_row(_position(throw.cup), predicted, landing, miss, outcome.status.value)
-    out.print(table)
+        rows.append((_position(throw.cup), predicted, landing, miss, outcome.status.value))
+    print_table(rows, ["cup\n[m]", "predicted\n[m]", "executed\n[m]", "miss\n[mm]", "status"])
     for i, (throw, plan, outcome) in enumerate(executed, 1):
         cup = f"cup {_position(throw.cup)}"
         if plan is not None:
@@ -141,15 +147,16 @@ def print_throws(executed: Sequence[Executed]) -> None:
 def print_fit(model: wc.ForwardModel) -> None:
     """Print how a model was fitted, and how well it predicts the landing along the casting plane."""
     info, (nearest, farthest) = model.info, model.reach
-    table = Table(show_header=False)
-    table.add_row("training casts", str(info.n_train))
-    table.add_row("ARD length scales (distance, speed, wait)", ", ".join(f"{sigma:.3f}" for sigma in info.sigma))
-    table.add_row("lambda", f"{info.regularization:.1e}")
-    table.add_row("leave-one-out RMSE [mm]", f"{1e3 * info.leave_one_out_rmse:.2f}")
-    table.add_row("validation RMSE [mm]", f"{1e3 * info.validation_rmse:.2f}")
-    table.add_row("test RMSE [mm]", f"{1e3 * info.test_rmse:.2f}")
-    table.add_row("reach [m]", f"{nearest:.3f} to {farthest:.3f}")
-    out.print(table)
+    rows = [
+        ("training casts", str(info.n_train)),
+        ("ARD length scales (distance, speed, wait)", ", ".join(f"{sigma:.3f}" for sigma in info.sigma)),
+        ("lambda", f"{info.regularization:.1e}"),
+        ("leave-one-out RMSE [mm]", f"{1e3 * info.leave_one_out_rmse:.2f}"),
+        ("validation RMSE [mm]", f"{1e3 * info.validation_rmse:.2f}"),
+        ("test RMSE [mm]", f"{1e3 * info.test_rmse:.2f}"),
+        ("reach [m]", f"{nearest:.3f} to {farthest:.3f}"),
+    ]
+    print_table(rows)
 
 
 def print_findings(findings: Findings, directory: Path) -> None:
@@ -162,8 +169,7 @@ def print_findings(findings: Findings, directory: Path) -> None:
     caught = f"{round(here['hit_rate'] * n_cups)} of {n_cups} ({low:.0%} to {high:.0%})"
     if findings.settings.is_quick:
         out.print("a quick run, with a tenth of a full run's data")
-    table = _table("", "paper", "here")
-    for row in (
+    rows = [
         (
             "training, validation, test casts",
             f"{paper.N_TRAIN}, {paper.N_VALIDATION}, {paper.N_TEST}",
@@ -175,49 +181,41 @@ def print_findings(findings: Findings, directory: Path) -> None:
         ("mean predicted miss [mm]", f"{1e3 * paper.PREDICTED_MISS:.1f}", f"{1e3 * predicted:.1f}"),
         ("mean executed miss [mm]", "-", "-" if executed is None else f"{1e3 * executed:.1f}"),
         ("hit rate", f"{100 * paper.HIT_RATE:.0f} %", caught),
-    ):
-        table.add_row(*row)
-    out.print(table)
+    ]
+    print_table(rows, ["what", "paper", "here"])
     out.print(f"report: {directory / 'report.html'}")
 
 
-def print_map(floor: FloorMap, picture: Path) -> None:
+def print_map(floor: FloorMap) -> None:
     """Print a row for each distance from the base axis: what was predicted, what was executed, and how often it succeeded."""
-    table = _table(
-        *("cup\n\n[m]", "predicted\nalong\n[mm]", "executed\nalong\n[mm]", "executed\nlateral\n[mm]"),
-        *("clear\n\n[%]", "caught", "interval\n\n[%]"),
-    )
-    record = floor.record()
+    headings = ["cup\n\n[m]", "predicted\nalong\n[mm]", "executed\nalong\n[mm]", "executed\nlateral\n[mm]"]
+    headings += ["clear\n\n[%]", "caught", "interval\n\n[%]"]
+    record, rows = floor.record(), []
     for ring in record["rings"]:
         low, high = ring["hit_interval"]
-        table.add_row(
-            f"{ring['radius']:.3f}",
-            _offset(ring["predicted_along"], ring["predicted_std"][0]),
-            _scatter(ring["along"]),
-            _scatter(ring["lateral"]),
-            f"{100 * ring['rim_clear_probability']:.1f}",
-            f"{ring['n_caught']}/{ring['n_casts']}",
-            f"{100 * low:.0f}-{100 * high:.0f}",
+        rows.append(
+            (
+                f"{ring['radius']:.3f}",
+                _offset(ring["predicted_along"], ring["predicted_std"][0]),
+                _scatter(ring["along"]),
+                _scatter(ring["lateral"]),
+                f"{100 * ring['rim_clear_probability']:.1f}",
+                f"{ring['n_caught']}/{ring['n_casts']}",
+                f"{100 * low:.0f}-{100 * high:.0f}",
+            )
         )
-    out.print(table)
+    print_table(rows, headings)
     out.print("cup: its distance from the base axis; along: outward from its axis, lateral: to the left of it;")
     out.print("in brackets: standard deviation; clear: probability of a rim-clear entry (without touching the rim)")
     for ring in record["rings"]:
         if not ring["is_feasible"]:
             out.print(f"cup {ring['radius']:.3f}: no cast is predicted to end in it ({ring['reason']})")
-    out.print(f"{record['n_caught']} of {record['n_casts']} caught; the map is in {picture}")
+    out.print(f"{record['n_caught']} of {record['n_casts']} caught")
 
 
 def _print_infeasible(plan: wc.Plan) -> None:
     if not plan.is_feasible:
         out.print(f"cup {_position(plan.cup)}: no cast is predicted to end in it ({plan.reason})")
-
-
-def _table(*headings: str) -> Table:
-    table = Table()
-    for heading in headings:
-        table.add_column(heading, no_wrap=True)
-    return table
 
 
 def _position(xy: Any) -> str:

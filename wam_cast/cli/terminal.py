@@ -1,9 +1,14 @@
-"""Standard output for results, standard error for messages and progress."""
+"""Standard output for results, standard error for messages and progress; nothing printed there steers the terminal."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import io
+import logging
+import os
+import sys
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from typing import Any
 
 from rich.console import Console
 from rich.progress import (
@@ -16,10 +21,71 @@ from rich.progress import (
     TimeElapsedColumn,
     TimeRemainingColumn,
 )
+from rich.table import Table
+from rich.text import Text
+
+
+class Terminal(Console):
+    """A console on which what cannot be printed is spelled out, such as the escapes and the stray bytes of a file's name."""
+
+    def render_str(self, text: str, **options: Any) -> Text:
+        """Return the text as Rich prints it."""
+        return super().render_str("".join(map(_spell_out, text)), **options)
+
+
+def _spell_out(letter: str) -> str:
+    return letter if letter.isprintable() or letter == "\n" else letter.encode("unicode_escape").decode()
+
 
 # Nothing is taken for markup: [m] is a unit, and any name may be a file's.
-out = Console(soft_wrap=True, highlight=False, markup=False, emoji=False)
-err = Console(stderr=True, soft_wrap=True, highlight=False, markup=False, emoji=False)
+out = Terminal(soft_wrap=True, highlight=False, markup=False, emoji=False)
+err = Terminal(stderr=True, soft_wrap=True, highlight=False, markup=False, emoji=False)
+
+
+class _Messages(logging.Handler):
+    """Prints what the package logs."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        err.print(record.getMessage())
+
+
+def prepare_streams() -> None:
+    """Make standard streams that can be written whatever was handed to the process, and print there what the package logs."""
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:  # closed: the next file would get its number, and what Drake prints
+            setattr(sys, name, open(os.devnull, mode))  # noqa: PTH123, SIM115
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")  # letters that the terminal does not have
+    logger = logging.getLogger("wam_cast")
+    if not logger.handlers:
+        logger.addHandler(_Messages())
+
+
+def give_up_lost_streams() -> None:
+    """Let what standard streams still hold and cannot write go nowhere, lest Python complain of it in the end."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
+def print_table(rows: Sequence[Sequence[str]], headings: Sequence[str] = ()) -> None:
+    """Print a table if the terminal is wide enough for it, else a line for each value; no digit is cut off.
+
+    Without `headings` the first value of each row names the second.
+    """
+    table = Table(*headings, show_header=bool(headings))
+    for row in rows:
+        table.add_row(*row)
+    if out.measure(table, options=out.options.update(max_width=sys.maxsize)).maximum <= out.width:
+        out.print(table)
+        return
+    for row in rows:
+        for name, value in zip(headings, row, strict=True) if headings else [row]:
+            out.print(f"{' '.join(name.split())}: {value}")
+        if headings:
+            out.print()
 
 
 @contextmanager

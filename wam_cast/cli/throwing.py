@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 import wam_cast as wc
-from wam_cast.cast import is_allowed
 from wam_cast.cli import options
 from wam_cast.cli.options import parse_cast
 from wam_cast.cli.output_files import ThrowFiles
 from wam_cast.cli.terminal import err, progress
-from wam_cast.errors import InputError
-from wam_cast.types import Position
+from wam_cast.errors import InputError, quoted
+
+if TYPE_CHECKING:
+    from wam_cast.types import Position
 
 
 def make_plans(
@@ -28,6 +30,8 @@ def make_plans(
 
 def given_throws(scenario: wc.Scenario, casts: list[str], cups: list[Position]) -> list[wc.Throw]:
     """Return the casts that `--cast` gives, each with its cup. Raises `.InputError`."""
+    from wam_cast.cast import is_allowed
+
     if len(casts) != len(cups):
         raise InputError(f"--cast: {len(casts)} for {len(cups)} cups; give as many --cast as --cup, in the same order")
     throws = [wc.Throw(parse_cast(text, cup), cup) for text, cup in zip(casts, cups, strict=True)]
@@ -35,8 +39,8 @@ def given_throws(scenario: wc.Scenario, casts: list[str], cups: list[Position]) 
         if not is_allowed(scenario, throw.cast.to_array()):
             bounds = ", ".join(f"{name} {low:g} to {high:g}" for name, (low, high) in scenario.bounds)
             raise InputError(
-                f"--cast {text!r} is beyond the scenario's bounds ({bounds}; a move of {scenario.motion.min_move_duration:g} s at "
-                "least); choose another, or widen the scenario's"
+                f"--cast {quoted(text)} is beyond the scenario's bounds ({bounds}; a move of "
+                f"{scenario.motion.min_move_duration:g} s at least); choose another, or widen the scenario's"
             )
     return throws
 

@@ -30,10 +30,16 @@ def replacing(path: Path) -> Iterator[Path]:
     Its name is hidden, so that readers of a folder of Parquet skip it. What killed processes have left beside it goes first.
     """
     _remove_leftovers(path.parent)
+    with _beside(path) as temporary:
+        yield temporary
+        temporary.replace(path)
+
+
+@contextmanager
+def _beside(path: Path) -> Iterator[Path]:
     temporary = path.with_name(f"{_PREFIX}{os.getpid()}-{next(_numbers)}{_SUFFIX}")
     try:
         yield temporary
-        temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
 
@@ -49,28 +55,23 @@ def write_file(path: str | Path, content: bytes) -> None:
         If the file cannot be written; then nothing has changed.
     """
     path = Path(path)
-    try:
-        check_writable(path)
+    with _refusing(path):
         if _is_device(path):
             path.write_bytes(content)
         else:
             with replacing(path.resolve()) as temporary:
                 temporary.write_bytes(content)
-    except (OSError, RuntimeError) as error:  # RuntimeError: a link to itself
-        raise _unwritable(path, getattr(error, "errno", None) or errno.ELOOP) from None
 
 
 def check_writable(path: str | Path) -> None:
     """Raise `.InputError` if `write_file` cannot work; for asking before a long computation."""
     path = Path(path)
-    if path.is_dir():
-        raise _unwritable(path, errno.EISDIR)
-    if not path.parent.exists():
-        raise _unwritable(path, errno.ENOENT)
-    if not path.parent.is_dir():
-        raise _unwritable(path, errno.ENOTDIR)
-    if not os.access(path if _is_device(path) else path.parent, os.W_OK):
-        raise _unwritable(path, errno.EACCES)
+    with _refusing(path):
+        if not _is_device(path):
+            with _beside(path.resolve()) as temporary:
+                temporary.touch()
+        elif not os.access(path, os.W_OK):
+            raise OSError(errno.EACCES, "")
 
 
 def _remove_leftovers(folder: Path) -> None:
@@ -92,10 +93,18 @@ def _is_alive(process: int) -> bool:
 
 
 def _is_device(path: Path) -> bool:
+    """Return whether there is something else than a file. Raises `IsADirectoryError` if it is a folder."""
+    if path.is_dir():
+        raise IsADirectoryError(errno.EISDIR, "")
     return path.exists() and not path.is_file()
 
 
-def _unwritable(path: Path, code: int) -> InputError:
-    return InputError(
-        f"cannot write {path}: {os.strerror(code).lower()}; name a file in an existing folder that you may write to"
-    )
+@contextmanager
+def _refusing(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except (OSError, RuntimeError, ValueError) as error:  # RuntimeError: a link to itself; ValueError: a null byte
+        code = getattr(error, "errno", None) or (errno.ELOOP if isinstance(error, RuntimeError) else errno.EINVAL)
+        raise InputError(
+            f"cannot write {path}: {os.strerror(code).lower()}; name a file in an existing folder that you may write to"
+        ) from None

@@ -70,7 +70,7 @@ def read_part(path: Path, rows: range, draw: Callable[[int], Array]) -> pa.Table
     """
     try:
         check_regular(path)
-        with pq.ParquetFile(path, page_checksum_verification=True) as file:
+        with path.open("rb") as content, pq.ParquetFile(content, page_checksum_verification=True) as file:
             _check_size(file.metadata, rows)
             table = file.read()
     except FileNotFoundError:
@@ -85,7 +85,8 @@ def read_part(path: Path, rows: range, draw: Callable[[int], Array]) -> pa.Table
 
 def write_part(path: Path, table: pa.Table) -> None:
     """Write casts with checksums, by which damage is noticed."""
-    pq.write_table(table, path, write_page_checksum=True)
+    with path.open("wb") as file:  # pyarrow itself takes no paths that are no UTF-8
+        pq.write_table(table, file, write_page_checksum=True)
 
 
 def concatenated(tables: list[pa.Table]) -> pa.Table:

@@ -23,7 +23,7 @@ from typing import Annotated, Final, Literal
 import pyarrow as pa
 from pydantic import BaseModel, ConfigDict, Field, NonNegativeInt, ValidationError
 
-from wam_cast.errors import InputError, describe_validation
+from wam_cast.errors import InputError, describe_validation, quoted
 from wam_cast.scenario import Scenario
 from wam_cast.storage.casts_part import PartError, read_part, write_part
 from wam_cast.storage.work_directory import ELSEWHERE, WorkDirectory, errors_of_writing
@@ -158,8 +158,8 @@ class DatasetDirectory(WorkDirectory):
             return  # no manifest at all: pydantic says what is wrong with it
         if found != FORMAT:
             raise InputError(
-                f"dataset {self.path}: of format {found!r}, this version reads {FORMAT}; make it anew with `wam-cast generate "
-                f"--casts {n_casts} --seed {seed} --out DIR`, with its --scenario if it has one"
+                f"dataset {self.path}: of format {quoted(found)}, this version reads {FORMAT}; make it anew with `wam-cast "
+                f"generate --casts {n_casts} --seed {seed} --out DIR`, with its --scenario if it has one"
             )
 
     def read_parts(

@@ -12,13 +12,10 @@ from typing import Any, ClassVar, Self
 
 from filelock import FileLock, Timeout
 
-from wam_cast.errors import InputError
+from wam_cast.errors import InputError, quoted
 from wam_cast.storage.atomic import replacing
 
 ELSEWHERE = "choose another directory (--out)"
-
-LONGEST_QUOTE = 100
-"""Characters of a value that a message repeats."""
 
 
 class WorkDirectory:
@@ -76,9 +73,9 @@ class WorkDirectory:
         """
         path = Path(path)
         with errors_of_writing(cls.kind, path):
-            there = path.iterdir() if path.exists() else ()
+            there = path.iterdir() if _exists(path) else ()
             entries = sorted(entry.name for entry in there if entry.name[0] != ".")
-            nearest = next(folder for folder in (path, *path.absolute().parents) if folder.exists())
+            nearest = next(folder for folder in (path, *path.absolute().parents) if _exists(folder))
             if not nearest.is_dir():
                 raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR))
             if not os.access(nearest, os.W_OK):
@@ -91,7 +88,7 @@ class WorkDirectory:
         """Raise `.InputError` unless what is here, `old`, is what is wanted, `new`."""
         for key, was, wanted in _differences(old, new):
             raise InputError(
-                f"{self.path} holds a {self.kind} with another {key} ({_short(was)}, not {_short(wanted)}); {ELSEWHERE}"
+                f"{self.path} holds a {self.kind} with another {key} ({quoted(was)}, not {quoted(wanted)}); {ELSEWHERE}"
             )
 
     def _set_aside(self, path: Path) -> Path:
@@ -134,9 +131,15 @@ def errors_of_writing(kind: str, path: Path) -> Iterator[None]:
         ) from None
 
 
-def _short(value: object) -> str:
-    text = repr(value)
-    return text if len(text) <= LONGEST_QUOTE else f"{text[:LONGEST_QUOTE]}..."
+def _exists(path: Path) -> bool:
+    """Return whether something is at `path`. Raises `OSError` if nothing can be there, since a name is none."""
+    try:
+        path.stat()
+    except (FileNotFoundError, NotADirectoryError):
+        return False
+    except ValueError as error:  # a null byte
+        raise OSError(errno.EINVAL, str(error)) from None
+    return True
 
 
 def _differences(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[tuple[str, Any, Any]]:

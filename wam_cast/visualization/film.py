@@ -18,9 +18,9 @@ from wam_cast.errors import InputError
 from wam_cast.simulation.recording import CastRecording
 from wam_cast.storage.atomic import write_file
 from wam_cast.visualization.film_strip import draw_frame, render_frames
-from wam_cast.visualization.picture_files import picture_format
+from wam_cast.visualization.picture_files import check_picture, picture_format
 from wam_cast.visualization.recorded import finite_part, frame_moments, stage_before, without_aftermath, without_turn
-from wam_cast.visualization.style import INK, PAPER, STAGE_COLORS, stage_name, status_name
+from wam_cast.visualization.style import INK, PAPER, STAGE_COLORS, picture_style, stage_name, status_name
 
 Picture = NDArray[np.uint8]
 
@@ -51,6 +51,7 @@ pixels weigh in the choice of a GIF's colours, beside all pixels."""
 
 def check_animation(path: str | Path) -> None:
     """Raise `.InputError` if `write_animation` could not write what the suffix of `path` asks for; before a long computation."""
+    check_picture(path, FORMATS)
     if picture_format(path, FORMATS) == "mp4" and find_spec("av") is None:
         raise InputError(
             f"cannot write {path}: MP4 takes PyAV; pip install 'wam-cast[animation]', or choose a name that ends in .gif"
@@ -70,7 +71,9 @@ def write_animation(recording: CastRecording, path: str | Path) -> None:
     """
     check_animation(path)
     encode = {"gif": _gif, "mp4": _mp4}[picture_format(path, FORMATS)]
-    write_file(path, encode(list(animation_frames(recording))))
+    with picture_style():
+        frames = list(animation_frames(recording))
+    write_file(path, encode(frames))
 
 
 def animation_samples(recording: CastRecording) -> list[int]:

@@ -22,7 +22,7 @@ from wam_cast.visualization.picture_files import picture_format, write_figure
 from wam_cast.visualization.recorded import describe, finite_part, stage_before, stage_pieces, without_turn
 from wam_cast.visualization.scene import CastScene
 from wam_cast.visualization.side_view import draw_side_view
-from wam_cast.visualization.style import INK, STAGE_COLORS, stage_name
+from wam_cast.visualization.style import INK, STAGE_COLORS, picture_style, stage_name
 
 FRAME_SIZE = (480, 640)
 """Width and height of a rendered frame [pixels]."""
@@ -148,4 +148,5 @@ def write_picture(recording: CastRecording, path: str | Path, predicted_landing:
         If the suffix is another one, or the file cannot be written; then nothing is.
     """
     picture_format(path)
-    write_figure(draw_film_strip(recording, predicted_landing), path)
+    with picture_style():
+        write_figure(draw_film_strip(recording, predicted_landing), path)

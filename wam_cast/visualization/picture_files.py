@@ -8,7 +8,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from wam_cast.errors import InputError
-from wam_cast.storage.atomic import write_file
+from wam_cast.storage.atomic import check_writable, write_file
 from wam_cast.visualization.style import storing_style
 
 PICTURE_FORMATS = ("pdf", "png", "svg")
@@ -28,6 +28,12 @@ def picture_format(path: str | Path, allowed: tuple[str, ...] = PICTURE_FORMATS)
         choice = ", ".join(f".{name}" for name in allowed)
         raise InputError(f"cannot write {path}: its suffix is {suffix or 'missing'}; choose one of {choice}")
     return suffix[1:].lower()
+
+
+def check_picture(path: str | Path, allowed: tuple[str, ...] = PICTURE_FORMATS) -> None:
+    """Raise `.InputError` if a picture could not be written to `path`; for asking before a long computation."""
+    picture_format(path, allowed)
+    check_writable(path)
 
 
 NO_DATE = {"pdf": {"CreationDate": None}, "svg": {"Date": None}, "png": {}}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import AbstractContextManager
 from pathlib import Path
 
-from matplotlib import rc_context, rc_params_from_file
+from matplotlib import rc_context, rc_params_from_file, style
 
 from wam_cast.motion.stages import Stage
 from wam_cast.simulation.outcome import Status
@@ -34,7 +34,12 @@ STYLE_SHEET = Path(__file__).parent / "wam_cast.mplstyle"
 
 def figure_style() -> AbstractContextManager[None]:
     """Return a context in which figures are made in the style of `STYLE_SHEET`, whatever the user's settings are."""
-    return rc_context(fname=STYLE_SHEET)
+    return style.context(STYLE_SHEET, after_reset=True)
+
+
+def picture_style() -> AbstractContextManager[None]:
+    """Return a context in which pictures of casts are made in matplotlib's own style, whatever the user's settings are."""
+    return style.context({}, after_reset=True)
 
 
 def storing_style() -> AbstractContextManager[None]:

@@ -16,7 +16,7 @@ from wam_cast.cast import Cast, cast_bounds, checked_cup, nearest_allowed
 from wam_cast.casting_plane import from_polar, to_polar
 from wam_cast.errors import InputError
 from wam_cast.learning.forward_model import ForwardModel
-from wam_cast.learning.reference import reference_model
+from wam_cast.learning.reference import reference_model_for
 from wam_cast.motion.stages import Stage
 from wam_cast.planning.cast_prediction import Prediction
 from wam_cast.planning.plan import Plan, plan_cast
@@ -74,10 +74,7 @@ class Explorer:
     ) -> None:
         check_main_thread("Explorer")
         self.scenario = Scenario() if scenario is None else scenario
-        if model is not None:
-            model = model.bound_to(self.scenario)
-        elif reference_model().serves(self.scenario):
-            model = reference_model().bound_to(self.scenario)
+        model = reference_model_for(self.scenario) if model is None else model.bound_to(self.scenario)
         self.model = model
         self.prediction: Prediction | None = None
         self.outcome: Outcome | None = None

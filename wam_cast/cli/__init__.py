@@ -15,9 +15,10 @@ def main() -> None:
         handler = signal.getsignal(signal.SIGINT)
         if handler is signal.default_int_handler:  # a `KeyboardInterrupt` can get lost where Python loads modules
             signal.signal(signal.SIGINT, _leave)
-        from wam_cast.cli.running import run
-
-        signal.signal(signal.SIGINT, handler)
+        try:
+            from wam_cast.cli.running import run
+        finally:
+            signal.signal(signal.SIGINT, handler)
         code = run(sys.argv[1:] or ["--help"])
     except KeyboardInterrupt:
         code = 130

@@ -1,0 +1,60 @@
+"""Casts without physics: they land where a closed form says, and take a moment."""
+
+import math
+import time
+
+import numpy as np
+
+from wam_cast.learning import dataset
+from wam_cast.learning.sampling import sample_cast
+
+SECONDS = 0.005
+"""That a cast takes: enough to be ended in the middle of."""
+
+LANDED = {
+    "status": "landed",
+    "is_slack": True,
+    "slack": 0.05,
+    "peak_torque_utilization": 0.5,
+    "peak_velocity_utilization": 0.5,
+}
+
+
+def landing(cast):
+    return 0.2 + cast.distance + 0.4 * cast.speed + 0.02 * math.sin(6 * cast.wait)
+
+
+def row(scenario, seed, number):
+    time.sleep(SECONDS)
+    cast = sample_cast(scenario, seed, number)
+    parameters = {"distance": cast.distance, "speed": cast.speed, "wait": cast.wait, "landing_along": landing(cast)}
+    return dict.fromkeys(dataset.SCHEMA.names, 0.0) | parameters | LANDED | {"cast": number}
+
+
+def outcome(scenario, cast, cup=None, *, noise_seed=0):
+    from wam_cast.simulation.outcome import Outcome, Status
+
+    time.sleep(SECONDS)
+    along, across = landing(cast), 0.001 * (noise_seed % 7)
+    turned = np.array(
+        [[math.cos(cast.bearing), -math.sin(cast.bearing)], [math.sin(cast.bearing), math.cos(cast.bearing)]]
+    )
+    place = turned @ [along, across]
+    miss = math.dist(place, cup)
+    return Outcome(
+        status=Status.CAUGHT if miss < 0.01 else Status.LONG,
+        landing=place,
+        landing_along=along,
+        landing_across=across,
+        crossing_time=1.0,
+        entry_velocity=np.array([0.5, 0.0, -2.0]),
+        entry_angle=0.24,
+        is_slack=True,
+        slack=0.05,
+        miss=miss,
+        peak_torque_utilization=np.zeros(7),
+        peak_velocity_utilization=np.zeros(7),
+        peak_tracking_error=0.0,
+        limits_hit=(),
+        end_time=2.0,
+    )

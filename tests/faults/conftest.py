@@ -1,4 +1,4 @@
-"""Faults of the machine and of other programs, drawn at random from fixed seeds; how many is an option, and what came of them is counted.
+"""Faults of the machine and of other programs, drawn from fixed seeds; how many is an option, and what came of them is counted.
 
 pytest tests/faults --faults 60    # 60 kills and 60 corruptions; a few by default
 """
@@ -108,7 +108,7 @@ def contents():
 
     def read(folder):
         paths = [path for path in sorted(folder.rglob("made*/**/*")) if path.is_file() and path.name[0] != "."]
-        paths += [path for path in folder.glob("made.*")]
+        paths += folder.glob("made.*")
         found = {str(path.relative_to(folder)): READ.get(path.suffix, Path.read_bytes)(path) for path in paths}
         return {name: content for name, content in found.items() if Path(name).name not in NOT_COMPARED}
 

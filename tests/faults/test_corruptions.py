@@ -1,4 +1,4 @@
-"""Damaged, exchanged and rewritten files: what is taken is what was made, what is not is one line, and nothing is overwritten unasked."""
+"""Damaged, exchanged and rewritten files: what is taken is what was made, else a line says why; nothing is overwritten unasked."""
 
 import random
 import shutil
@@ -150,23 +150,23 @@ def test_nothing_wrong_is_taken_and_nothing_readable_overwritten(made, grow, fau
             spoil(folder, rng)
             before = {path.name: path.read_bytes() for path in parts(folder)}
 
-            is_taken = works(lambda: wc.CastDataset.load(folder), expected)
+            is_taken = works(expected, wc.CastDataset.load, folder)
             assert is_taken or name not in [kind.__name__ for kind in HARMLESS]
             assert {path.name: path.read_bytes() for path in parts(folder)} == before
 
-            goes_on = works(lambda: grow(folder), expected)
-            works(lambda: grow(folder, force=True), expected)
+            goes_on = works(expected, grow, folder)
+            works(expected, grow, folder, force=True)
             aside = [path.read_bytes() for path in folder.glob("set_aside/*")]
             for path, content in before.items():
                 assert content in aside or is_kept(content, folder / "casts" / path)
             if goes_on:
-                assert works(lambda: wc.CastDataset.load(folder), expected)
+                assert works(expected, wc.CastDataset.load, folder)
 
 
-def works(use, expected):
+def works(expected, use, folder, **options):
     """Return whether it gives what was made; if not, it must say why in a line."""
     try:
-        frame = use().frame
+        frame = use(folder, **options).frame
     except InputError as error:
         assert str(error).isprintable()
         assert len(str(error)) < 1000

@@ -1,4 +1,4 @@
-"""Disks that are full, folders that may not be written, two writers: one line says so, nothing half-written stays, and then it works."""
+"""Full disks, folders that may only be read, two writers: one line says so, nothing half-written stays, and then it works."""
 
 import ctypes
 import os

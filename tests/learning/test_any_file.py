@@ -57,7 +57,7 @@ def row(scenario, seed, number):
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    """Return a dataset, a model of it, and where a copy of either may be spoilt."""
+    """Return a folder that holds a dataset and a model of it, where copies may be spoilt."""
     from concurrent.futures import ThreadPoolExecutor
 
     folder = tmp_path_factory.mktemp("made")
@@ -87,43 +87,44 @@ def replaced(values, draw, depth=0):
     return changed
 
 
-def loads_as_made(folder, expected, answered):
-    with answered():
-        data = CastDataset.load(folder)
-        assert data.frame[expected.columns].equals(expected)
+@pytest.fixture(scope="module")
+def expected(made):
+    return CastDataset.load(made / "casts").frame
+
+
+def copied(made):
+    """Return a copy of the dataset, in the place of the one before."""
+    shutil.rmtree(made / "copy", ignore_errors=True)
+    return shutil.copytree(made / "casts", made / "copy")
 
 
 @given(data=st.data())
-def test_a_dataset_with_other_bytes_is_what_it_was_or_refused(made, answered, data):
-    copy = made / "copy"
-    shutil.rmtree(copy, ignore_errors=True)
-    shutil.copytree(made / "casts", copy)
+def test_a_dataset_with_other_bytes_is_what_it_was_or_refused(made, expected, answered, data):
+    copy = copied(made)
     name = data.draw(st.sampled_from(["manifest.json", "scenario.yaml", "casts/part-00001.parquet"]))
     (copy / name).write_bytes(data.draw(overwritten((copy / name).read_bytes())))
-    loads_as_made(copy, CastDataset.load(made / "casts").frame, answered)
+    with answered():
+        assert CastDataset.load(copy).frame.equals(expected)
 
 
 @given(data=st.data())
-def test_a_manifest_with_other_values_is_as_good_or_refused(made, answered, data):
-    copy = made / "copy"
-    shutil.rmtree(copy, ignore_errors=True)
-    shutil.copytree(made / "casts", copy)
+def test_a_manifest_with_other_values_is_as_good_or_refused(made, expected, answered, data):
+    copy = copied(made)
     values = json.loads((copy / "manifest.json").read_text())
     (copy / "manifest.json").write_text(json.dumps(replaced(values, data.draw)))
-    loads_as_made(copy, CastDataset.load(made / "casts").frame, answered)
+    with answered():
+        assert CastDataset.load(copy).frame.equals(expected)
 
 
 @given(name=st.sampled_from(SCHEMA.names), values=COLUMNS)
-def test_a_column_with_other_values_is_such_a_column_or_refused(made, answered, name, values):
-    copy = made / "copy"
-    shutil.rmtree(copy, ignore_errors=True)
-    shutil.copytree(made / "casts", copy)
+def test_a_column_with_other_values_is_such_a_column_or_refused(made, expected, answered, name, values):
+    copy = copied(made)
     path = copy / "casts" / "part-00001.parquet"
     table = pq.read_table(path)
     pq.write_table(table.set_column(table.column_names.index(name), name, pa.array(values)), path)
     with answered():
         frame = CastDataset.load(copy).frame
-        assert frame.dtypes.equals(CastDataset.load(made / "casts").frame.dtypes)
+        assert frame.dtypes.equals(expected.dtypes)
         assert frame[["cast", *PARAMETERS]].notna().all().all()
         assert np.isfinite(frame.loc[frame["status"] == "landed", "landing_along"]).all()
 

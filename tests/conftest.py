@@ -38,7 +38,7 @@ HEALTH = hypothesis.HealthCheck
 CHECKS = [HEALTH.too_slow, HEALTH.function_scoped_fixture, HEALTH.data_too_large, HEALTH.filter_too_much]
 ALWAYS = {"deadline": None, "database": None, "suppress_health_check": CHECKS, "print_blob": False}
 hypothesis.settings.register_profile("quick", max_examples=30, derandomize=True, **ALWAYS)
-hypothesis.settings.register_profile("thorough", max_examples=2000, **ALWAYS)
+hypothesis.settings.register_profile("thorough", max_examples=1000, **ALWAYS)
 hypothesis.settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "quick"))
 
 WORK = """

@@ -36,19 +36,18 @@ PATHS = [
     ".",
     "..",
     "",
-    "/dev/null",
+    "~",
 ]
 PATHS += [
+    "/dev/null",
     "/dev/full",
     "/proc/self/mem",
+    "casts/manifest.json",
     "x" * 5000,
     "a\nb",
     "\x1b[31mred",
     "[bold]",
-    "\udcff.yaml",
-    "casts/manifest.json",
-    "~",
-    "-",
+    "\udcff",
 ]
 NUMBERS = [
     "0",
@@ -99,9 +98,8 @@ CASTS = [
     "a,b,c",
     "9e9,9e9,9e9",
 ]
-ANY = st.sampled_from(
-    [*PATHS, *NUMBERS, *CUPS, "--", "--help", "--json", "--cup", "-x", "--out=", "--no-json"]
-) | st.text(max_size=9)
+OTHERS = ["--", "--help", "--json", "--cup", "-x", "--out=", "--no-json", "-"]
+ANY = st.sampled_from([*PATHS, *NUMBERS, *CUPS, *OTHERS]) | st.text(max_size=9).filter(lambda word: word[:1] != "/")
 
 
 def kinds_of(annotation):

@@ -98,7 +98,7 @@ def read_part(path):
 
 
 READ = {".parquet": read_part, ".json": read_json, ".model": read_model, ".png": read_picture}
-NOT_COMPARED = ("wall.json", "report.md", "report.html")
+NOT_COMPARED = ("phases", "wall.json", "report.md", "report.html")
 """They hold times."""
 
 
@@ -110,7 +110,7 @@ def contents():
         paths = [path for path in sorted(folder.rglob("made*/**/*")) if path.is_file() and path.name[0] != "."]
         paths += folder.glob("made.*")
         found = {str(path.relative_to(folder)): READ.get(path.suffix, Path.read_bytes)(path) for path in paths}
-        return {name: content for name, content in found.items() if Path(name).name not in NOT_COMPARED}
+        return {name: content for name, content in found.items() if not set(Path(name).parts) & set(NOT_COMPARED)}
 
     return read
 

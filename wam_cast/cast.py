@@ -53,7 +53,7 @@ class Cast:
 
     def __post_init__(self) -> None:
         for name, value in zip((*PARAMETERS, "bearing"), astuple(self), strict=True):
-            if not math.isfinite(value := _held(value)):
+            if not math.isfinite(value):
                 raise InputError(f"cast: {name} = {value} is not a finite number")
         if self.distance <= 0 or self.speed <= 0 or self.wait < 0:
             raise InputError(
@@ -84,14 +84,6 @@ class Cast:
         """Return the cast with parameters `[distance, speed, wait]`, shape (3,)."""
         distance, speed, wait = (float(value) for value in parameters)
         return cls(distance, speed, wait, float(bearing))
-
-
-def _held(value: float) -> float:
-    """Return a number as a float; an integer that is too large for one as infinity."""
-    try:
-        return float(value)
-    except OverflowError:
-        return math.inf
 
 
 def cast_bounds(scenario: Scenario) -> tuple[Array, Array]:
@@ -136,7 +128,7 @@ def default_cup(scenario: Scenario) -> Position:
 def checked_cup(cup: tuple[float, float]) -> tuple[float, float]:
     """Return world (x, y) of a cup's axis as two floats; raises `.InputError` if they are not finite numbers."""
     try:
-        x, y = (_held(value) for value in cup)
+        x, y = (float(value) for value in cup)
     except (TypeError, ValueError):
         given = " ".join(repr(cup).split())
         raise InputError(f"cup = {given} must be the pair (x, y) of its axis in metres") from None

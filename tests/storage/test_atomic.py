@@ -1,8 +1,6 @@
 """Files that a user asked for: written whole, replaced whole, or not touched."""
 
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -41,19 +39,6 @@ def test_what_was_there_is_replaced(folder):
     write_file(folder / "old", b"now")
     assert (folder / "old").read_bytes() == b"now"
     assert names(folder) == ["folder", "old"]
-
-
-def test_what_a_killed_writer_has_left_goes_and_that_of_one_at_work_stays(folder):
-    gone = subprocess.Popen([sys.executable, "-c", ""])
-    gone.wait()
-    for name in (f".old.{gone.pid}.tmp", f".old.{os.getppid()}.tmp", f".other.{gone.pid}.tmp", ".old.mine.tmp"):
-        (folder / name).touch()
-    write_file(folder / "old", b"now")
-    assert {name for name in names(folder) if name[0] == "."} == {
-        f".old.{os.getppid()}.tmp",
-        f".other.{gone.pid}.tmp",
-        ".old.mine.tmp",
-    }
 
 
 def test_readers_of_the_old_file_keep_it_whole(folder):

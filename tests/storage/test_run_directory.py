@@ -93,19 +93,6 @@ def test_a_run_that_stopped_while_it_began_goes_on(tmp_path):
     assert Scenario.from_yaml(tmp_path / "scenario.yaml") == Scenario()
 
 
-def test_what_a_killed_run_has_left_half_written_goes(tmp_path):
-    begin(tmp_path)
-    left = [
-        tmp_path / ".settings.json.1.tmp",
-        tmp_path / "phases" / ".a.json.1.tmp",
-        tmp_path / "figures" / ".f.png.1.tmp",
-    ]
-    for path in left:
-        path.touch()
-    begin(tmp_path)
-    assert not any(path.exists() for path in left)
-
-
 def test_two_runs_keep_out_of_each_others_way(tmp_path):
     with begin(tmp_path), pytest.raises(InputError, match="another run is at work"):
         begin(tmp_path).__enter__()

@@ -10,7 +10,6 @@ import errno
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
-from glob import escape
 from pathlib import Path
 
 from wam_cast.errors import InputError
@@ -23,30 +22,11 @@ def replacing(path: Path) -> Iterator[Path]:
     Its name is hidden, so that readers of a folder of Parquet skip it, and ends in `.tmp`.
     """
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    _remove_stale(path)
     try:
         yield temporary
         temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
-
-
-def _remove_stale(path: Path) -> None:
-    """Remove what processes that were killed while they wrote `path` have left beside it."""
-    for temporary in path.parent.glob(f".{escape(path.name)}.*.tmp"):
-        writer = temporary.suffixes[-2][1:]
-        if writer.isdecimal() and not _is_running(int(writer)):
-            temporary.unlink(missing_ok=True)
-
-
-def _is_running(process: int) -> bool:
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except (PermissionError, OverflowError):  # another user's
-        pass
-    return True
 
 
 def write_file(path: str | Path, content: bytes) -> None:

@@ -128,6 +128,10 @@ class DatasetDirectory(WorkDirectory):
         if not self.scenario_path.exists():
             self._write(self.scenario_path, scenario.to_yaml().encode())
         self._make_folders(self._casts_path)
+        with errors_of_writing(self.kind, self.path):
+            for folder in (self.path, self._casts_path):
+                for stale in folder.glob(".*.tmp"):  # of a run that was killed
+                    stale.unlink()
 
     def read_manifest(self) -> Manifest:
         """Return the manifest. Raises `.InputError` if there is none, or none that this version understands."""

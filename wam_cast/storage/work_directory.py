@@ -52,8 +52,6 @@ class WorkDirectory:
                 raise InputError(
                     f"{self.path}: another run is at work there; wait for its end, or {ELSEWHERE}"
                 ) from None
-            for stale in self.path.rglob(".*.tmp"):  # of a run that was killed
-                stale.unlink()
         return self
 
     def __exit__(self, *_: object) -> None:

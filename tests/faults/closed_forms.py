@@ -1,4 +1,4 @@
-"""Casts without physics: they land where a closed form says, and take a moment."""
+"""Casts without physics, which land where a closed form says and take a moment, and figures with nothing in them."""
 
 import math
 import time
@@ -31,10 +31,11 @@ def row(scenario, seed, number):
     return dict.fromkeys(dataset.SCHEMA.names, 0.0) | parameters | LANDED | {"cast": number}
 
 
-def outcome(scenario, cast, cup=None, *, noise_seed=0):
+def execute(scenario, trials, number):
     from wam_cast.simulation.outcome import Outcome, Status
 
     time.sleep(SECONDS)
+    cast, cup, noise_seed = trials[number].cast, trials[number].position, trials[number].noise_seed
     along, across = landing(cast), 0.001 * (noise_seed % 7)
     turned = np.array(
         [[math.cos(cast.bearing), -math.sin(cast.bearing)], [math.sin(cast.bearing), math.cos(cast.bearing)]]
@@ -58,3 +59,15 @@ def outcome(scenario, cast, cup=None, *, noise_seed=0):
         limits_hit=(),
         end_time=2.0,
     )
+
+
+def draw(findings, folder, number):
+    from matplotlib.figure import Figure
+
+    from wam_cast.experiments.paper.report_figures import CAPTIONS
+    from wam_cast.visualization.picture_files import write_figure
+
+    name = list(CAPTIONS)[number]
+    for suffix in ("png", "pdf"):
+        write_figure(Figure(figsize=(2, 1)), folder / f"{name}.{suffix}")
+    return name

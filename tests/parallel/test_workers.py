@@ -1,6 +1,5 @@
 """Worker processes over one batch and several: kept while they are whole, replaced when they are not."""
 
-import errno
 import os
 import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
@@ -61,18 +60,6 @@ def test_a_row_that_always_kills_its_process_ends_the_work_with_what_happened(he
         MachineError, match=rf"row 5: its process died {ATTEMPTS} times, at last by SIGKILL; .*start again"
     ):
         list(run_rows(helper.death, [5], n_workers=1))
-
-
-@pytest.mark.parametrize(
-    "where", ["multiprocessing.context.BaseContext.Lock", "multiprocessing.process.BaseProcess.start"]
-)
-def test_a_system_that_lets_no_process_start_is_a_fault_of_the_machine(helper, monkeypatch, where):
-    def refuse(*_, **__):
-        raise OSError(errno.EAGAIN, "no more of them")
-
-    monkeypatch.setattr(where, refuse)
-    with pytest.raises(MachineError, match=r"worker processes cannot start \(.*no more of them\); see what limits"):
-        list(run_rows(helper.square, [2], n_workers=1))
 
 
 def test_an_executor_that_breaks_says_so(helper):

@@ -12,10 +12,9 @@ import os
 import signal
 import threading
 from collections import deque
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
 from multiprocessing.connection import Connection
 from typing import Any, Self, TypeVar
 
@@ -101,7 +100,7 @@ def run_rows(
     InputError
         If worker processes cannot start at all.
     MachineError
-        If a row's process dies again and again, the system lets no process start, or the executor breaks.
+        If a row's process dies again and again, or the executor breaks.
     Exception
         Whatever `function` raises.
     """
@@ -177,9 +176,8 @@ class _WorkerPool(ProcessPoolExecutor):
 
     def __init__(self, n_workers: int) -> None:
         context = multiprocessing.get_context("spawn")
-        with _starting():
-            self._far_end, self._lifeline = context.Pipe(duplex=False)
-            super().__init__(n_workers, context, initializer=_end_with, initargs=(self._far_end,))
+        self._far_end, self._lifeline = context.Pipe(duplex=False)
+        super().__init__(n_workers, context, initializer=_end_with, initargs=(self._far_end,))
         self._started = self._processes  # which the pool forgets when it shuts down
 
     @property
@@ -191,8 +189,7 @@ class _WorkerPool(ProcessPoolExecutor):
         # Processes start in here and inherit the mask, so that they are deaf to Ctrl-C from their first moment.
         previous = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
-            with _starting():
-                return super().submit(fn, *args, **kwargs)
+            return super().submit(fn, *args, **kwargs)
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, previous)
 
@@ -202,18 +199,6 @@ class _WorkerPool(ProcessPoolExecutor):
         super().__exit__(kind, *details)
         self._lifeline.close()
         self._far_end.close()
-
-
-@contextmanager
-def _starting() -> Iterator[None]:
-    """Raise `.MachineError` where the system refuses what processes need: semaphores, pipes, or the processes themselves."""
-    try:
-        yield
-    except OSError as error:
-        raise MachineError(
-            f"worker processes cannot start ({error}); see what limits processes, open files or shared memory (/dev/shm) here, "
-            "then start again"
-        ) from None
 
 
 def _end_with(lifeline: Connection) -> None:

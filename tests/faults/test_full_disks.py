@@ -1,6 +1,7 @@
 """Full disks, folders that may only be read, two writers: one line says so, nothing half-written stays, and then it works."""
 
 import ctypes
+import itertools
 import os
 import random
 import re
@@ -39,21 +40,29 @@ def refused(ended, folder):
 
 
 @pytest.fixture
-def folder(made, tmp_path):
-    (tmp_path / "casts").symlink_to(made)
-    return tmp_path
+def new_folder(made, tmp_path):
+    """Return a function that gives a new folder with a dataset to fit to."""
+    numbers = itertools.count()
+
+    def new():
+        folder = tmp_path / f"folder{next(numbers)}"
+        folder.mkdir()
+        (folder / "casts").symlink_to(made)
+        return folder
+
+    return new
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_where_files_may_not_grow(name, start, end, contents, fault, folder, n_faults):
+def test_where_files_may_not_grow(name, start, end, contents, fault, new_folder, n_faults):
     # What a full disk says of itself, the system says of a file that is to grow beyond a limit, on any file system.
     rng = random.Random(name)
     for _ in range(max(1, n_faults // 10)):
         with fault(f"{name}: files may not grow"):
-            limit = no_larger_files_than(rng.randrange(4000))
-            refused(end(start(COMMANDS[name], preexec_fn=limit)), folder)
+            limit, folder = rng.randrange(100, 4000), new_folder()
+            refused(end(start(COMMANDS[name], folder, preexec_fn=no_larger_files_than(limit))), folder)
             contents(folder)
-            assert end(start(COMMANDS[name])).code == 0
+            assert end(start(COMMANDS[name], folder)).code == 0
             contents(folder)
 
 
@@ -84,10 +93,8 @@ def test_on_a_full_disk(start, end, contents, fault, small_disk):
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_in_a_folder_that_may_only_be_read(name, start, end, contents, fault, folder, made, tmp_path):
-    place = tmp_path / "place"
-    place.mkdir()
-    (place / "casts").symlink_to(made)
+def test_in_a_folder_that_may_only_be_read(name, start, end, contents, fault, new_folder):
+    place = new_folder()
     place.chmod(0o555)
     writes = subprocess.run(["touch", place / "file"], preexec_fn=without_privilege, capture_output=True)
     if writes.returncode == 0:

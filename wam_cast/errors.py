@@ -8,22 +8,14 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 
-class _OneLineError(Exception):
-    """An error of one line that any terminal shows: of what it quotes, line breaks become spaces, control characters escapes."""
-
-    def __init__(self, line: str) -> None:
-        shown = (letter if letter.isprintable() else ascii(letter)[1:-1] for letter in " ".join(line.split()))
-        super().__init__("".join(shown))
-
-
-class InputError(_OneLineError, ValueError):
+class InputError(ValueError):
     """Input that cannot be used: one line that names the value, what is allowed and how to fix it.
 
     The command line prints it and exits with code 2; from Python it is a `ValueError`.
     """
 
 
-class MachineError(_OneLineError, RuntimeError):
+class MachineError(RuntimeError):
     """The machine failed, not the input and not the simulation: one line that says what happened and how to go on.
 
     The command line prints it and exits with code 2.

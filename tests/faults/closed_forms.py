@@ -28,7 +28,8 @@ def row(scenario, seed, number):
     time.sleep(SECONDS)
     cast = sample_cast(scenario, seed, number)
     parameters = {"distance": cast.distance, "speed": cast.speed, "wait": cast.wait, "landing_along": landing(cast)}
-    return dict.fromkeys(dataset.SCHEMA.names, 0.0) | parameters | LANDED | {"cast": number}
+    others = {name: landing(cast) / place for place, name in enumerate(dataset.SCHEMA.names, 10)}
+    return others | parameters | LANDED | {"cast": number}
 
 
 def execute(scenario, trials, number):

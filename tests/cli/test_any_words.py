@@ -5,6 +5,7 @@ import shutil
 import sys
 from typing import get_args, get_origin, get_type_hints
 
+import hypothesis
 import pytest
 import typer
 from hypothesis import given
@@ -176,6 +177,7 @@ def test_whatever_the_words_are_there_is_one_answer(cli, made, folder, answered,
     shutil.copytree(made, folder, dirs_exist_ok=True)
     with answered():
         result = cli(*words)
+    hypothesis.event(f"exit code {result.code}")
     assert result.code in (0, 1, 2)
     if result.code == 2:
         *told, line = result.err.removesuffix("\n").split("\n")

@@ -100,6 +100,21 @@ CASTS = [
     "9e9,9e9,9e9",
 ]
 OTHERS = ["--", "--help", "--json", "--cup", "-x", "--out=", "--no-json", "-"]
+GOOD = {
+    "--scenario": "good.yaml",
+    "--belief": "good.yaml",
+    "--model": "made.model",
+    "--picture": "new.png",
+    None: "casts",
+}
+GOOD |= {
+    "--replay": "new.html",
+    "--animation": "new.gif",
+    "--graph": "new.dot",
+    "--cup": "0.75",
+    "--cast": "0.3,0.6,0.1",
+}
+GOOD |= {"--casts": "40", "--radii": "2", "--bearings": "2", "--scheduler": "tcp://localhost:1"}
 ANY = st.sampled_from([*PATHS, *NUMBERS, *CUPS, *OTHERS]) | st.text(max_size=9).filter(lambda word: word[:1] != "/")
 
 
@@ -125,13 +140,15 @@ def options_of(command):
 @st.composite
 def word_lists(draw):
     """Return the words of a command with some of its options, and now and then something else among them."""
-    command = draw(st.sampled_from(COMMANDS))
+    command, is_good = draw(st.sampled_from(COMMANDS)), draw(st.booleans())
     words = [command.__name__.rstrip("_")]
     for name, values in options_of(command):
         if name in ("--out", "--cup", None) or draw(st.integers(0, 3)) == 0:
             words += [] if name is None else [name]
-            words += [] if values is None else [draw(st.sampled_from(values))]
-    for _ in range(draw(st.sampled_from([0, 0, 0, 1, 2]))):
+            if values is not None:
+                usual = GOOD.get(name, "new.png" if values is PATHS else values[1])
+                words.append(usual if is_good else draw(st.sampled_from(values)))
+    for _ in range(draw(st.sampled_from([0] if is_good else [0, 0, 1, 2]))):
         words.insert(draw(st.integers(0, len(words))), draw(ANY))
     return [word.replace("\0", "") for word in words]
 

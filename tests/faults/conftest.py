@@ -107,8 +107,12 @@ def contents():
     """Return a function that reads all that a command has left, file by file; it raises if one is not whole."""
 
     def read(folder):
-        paths = [path for path in sorted(folder.rglob("made*/**/*")) if path.is_file() and path.name[0] != "."]
-        paths += folder.glob("made.*")
+        made = [
+            path
+            for path in folder.rglob("*")
+            if path.is_file() and path.relative_to(folder).parts[0].startswith("made")
+        ]
+        paths = [path for path in sorted(made) if path.name[0] != "."]
         found = {str(path.relative_to(folder)): READ.get(path.suffix, Path.read_bytes)(path) for path in paths}
         return {name: content for name, content in found.items() if not set(Path(name).parts) & set(NOT_COMPARED)}
 

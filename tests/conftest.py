@@ -1,22 +1,45 @@
 """What tests of several layers share."""
 
 import math
+import os
+import resource
 import shutil
+import signal
 import sys
 from concurrent.futures import Executor, Future
+from contextlib import contextmanager
 from types import SimpleNamespace
 
+import hypothesis
 import numpy as np
+import psutil
 import pytest
 
 from wam_cast.arm.arm_model import arm_model
 from wam_cast.cast import Cast
+from wam_cast.errors import InputError, MachineError
 from wam_cast.scenario import Arm
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
 SOFTWARE_GRAPHICS = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 """WebGL without a graphics card."""
+
+LONGEST_LINE = 1000
+"""Letters of an error."""
+
+LONGEST_ANSWER = 120
+"""Seconds, on a machine that does other work too."""
+
+MOST_MEMORY = 1_000_000_000
+"""Bytes that a test of generated inputs may add."""
+
+HEALTH = hypothesis.HealthCheck
+CHECKS = [HEALTH.too_slow, HEALTH.function_scoped_fixture, HEALTH.data_too_large, HEALTH.filter_too_much]
+ALWAYS = {"deadline": None, "database": None, "suppress_health_check": CHECKS, "print_blob": False}
+hypothesis.settings.register_profile("quick", max_examples=30, derandomize=True, **ALWAYS)
+hypothesis.settings.register_profile("thorough", max_examples=1000, **ALWAYS)
+hypothesis.settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "quick"))
 
 WORK = """
 import os
@@ -89,6 +112,41 @@ def helper(tmp_path, monkeypatch):
 
     yield worker_test_helper
     del sys.modules["worker_test_helper"]
+
+
+@pytest.fixture(scope="session")
+def answered():
+    """Return a context manager for what takes a generated input: it works or raises a typed error of one line, soon."""
+
+    def too_long(*_):
+        raise AssertionError(f"no answer within {LONGEST_ANSWER} s")
+
+    @contextmanager
+    def soon():
+        previous = signal.signal(signal.SIGALRM, too_long)
+        signal.alarm(LONGEST_ANSWER)
+        try:
+            yield
+            hypothesis.event("it works")
+        except (InputError, MachineError) as error:
+            hypothesis.event("it is refused")
+            assert str(error).isprintable()
+            assert len(str(error)) <= LONGEST_LINE
+        finally:
+            signal.alarm(0)
+            signal.signal(signal.SIGALRM, previous)
+
+    return soon
+
+
+@pytest.fixture
+def little_memory():
+    """Fail if a test takes much memory, even for a moment."""
+    own, before = psutil.Process().memory_info().rss, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    yield
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    unit = 1 if sys.platform == "darwin" else 1024  # bytes
+    assert peak == before or peak * unit - own < MOST_MEMORY
 
 
 @pytest.fixture(scope="session")

@@ -49,3 +49,15 @@ def test_any_value_is_quoted_in_few_letters(value):
 def test_short_values_are_quoted_as_python_writes_them():
     for value in (0.3, "a b", None, (1, 2), {"a": [1]}):
         assert quoted(value) == repr(value)
+
+
+@pytest.mark.parametrize("kind", [InputError, MachineError])
+def test_what_is_quoted_breaks_no_line_and_commands_no_terminal(kind):
+    error = kind("scenario a\r\nb.yaml: \x1b[31mball\x00: unknown key; Länge 3 \udcff")
+    assert str(error) == r"scenario a b.yaml: \x1b[31mball\x00: unknown key; Länge 3 \udcff"
+    assert str(pickle.loads(pickle.dumps(error))) == str(error)
+
+
+def test_python_knows_them_by_its_own_names():
+    assert issubclass(InputError, ValueError)
+    assert issubclass(MachineError, RuntimeError)

@@ -23,10 +23,10 @@ _SHORT.maxlevel, _SHORT.maxstring, _SHORT.maxother, _SHORT.maxlong = 3, 100, 100
 
 
 class _OneLineError(Exception):
-    """However long a path or a value is that the line quotes, the line is not."""
+    """Whatever the line quotes, it is one line, not too long, and of letters that any terminal shows."""
 
     def __init__(self, line: str) -> None:
-        super().__init__(_bounded(line))
+        super().__init__(_bounded(spelled_out(" ".join(part.strip() for part in line.splitlines()))))
 
 
 class InputError(_OneLineError, ValueError):
@@ -41,6 +41,14 @@ class MachineError(_OneLineError, RuntimeError):
 
     The command line prints it and exits with code 2.
     """
+
+
+def spelled_out(text: str) -> str:
+    """Return a text in which control characters and stray bytes, such as a file's name may have, are written as escapes."""
+    return "".join(
+        letter if letter.isprintable() or letter == "\n" else letter.encode("unicode_escape").decode()
+        for letter in text
+    )
 
 
 def shortened(value: object, longest: int = LONGEST_WORD) -> str:

@@ -183,6 +183,15 @@ def test_a_pipe_is_not_waited_for(stored, name):
         CastDataset.load(stored)
 
 
+@pytest.mark.parametrize("text", ["motion: {ratreat_duration: 2.5}", "ball: {mass: 0.04}", "\0"])
+def test_a_scenario_that_is_not_that_of_the_casts_is_written_anew(stored, text):
+    expected = CastDataset.load(stored).frame
+    (stored / "scenario.yaml").write_text(text)
+    make(stored, 5)
+    pd.testing.assert_frame_equal(CastDataset.load(stored).frame, expected)
+    assert (stored / "set_aside" / "scenario.yaml").read_text() == text
+
+
 def test_a_byte_order_mark_is_no_reason_to_refuse(stored):
     manifest = stored / "manifest.json"
     manifest.write_bytes(b"\xef\xbb\xbf" + manifest.read_bytes())

@@ -24,17 +24,15 @@ from rich.progress import (
 from rich.table import Table
 from rich.text import Text
 
+from wam_cast.errors import spelled_out
+
 
 class Terminal(Console):
     """A console on which what cannot be printed is spelled out, such as the escapes and the stray bytes of a file's name."""
 
     def render_str(self, text: str, **options: Any) -> Text:
         """Return the text as Rich prints it."""
-        return super().render_str("".join(map(_spell_out, text)), **options)
-
-
-def _spell_out(letter: str) -> str:
-    return letter if letter.isprintable() or letter == "\n" else letter.encode("unicode_escape").decode()
+        return super().render_str(spelled_out(text), **options)
 
 
 # Nothing is taken for markup: [m] is a unit, and any name may be a file's.

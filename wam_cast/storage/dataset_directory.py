@@ -5,7 +5,7 @@
     scenario.yaml              the scenario
     manifest.json              `Manifest`: what the casts depend on, how many are wanted, what made them
     casts/part-00000.parquet   rows 0 to 49, and so on: the casts alone, so that the folder reads as one table
-    set_aside/                 parts that were not what they must be, and were simulated again
+    set_aside/                 parts that were not what they must be, and were simulated again; so with scenario.yaml
 
 Every file is there in full or not at all. One process at a time works here.
 """
@@ -124,13 +124,27 @@ class DatasetDirectory(WorkDirectory):
             fingerprint=scenario.fingerprint, controller=controller, seed=seed, n_casts=n_casts, versions=versions
         )
         self._write(self.identity_path, f"{manifest.model_dump_json(indent=2)}\n".encode())
-        if not self.scenario_path.exists():
+        if not self._holds(scenario):
             self._write(self.scenario_path, scenario.to_yaml().encode())
         self._make_folders(self._casts_path)
         with errors_of_writing(self.kind, self.path):
             for folder in (self.path, self._casts_path):
                 for stale in folder.glob(".*.tmp"):  # of a run that was killed
                     stale.unlink()
+
+    def _holds(self, scenario: Scenario) -> bool:
+        """Return whether `scenario.yaml` is that of these casts; if it is damaged or another, it is moved out of the way."""
+        if not self.scenario_path.exists():
+            return False
+        try:
+            if Scenario.from_yaml(self.scenario_path).fingerprint == scenario.fingerprint:
+                return True
+            reason = "not the scenario of its casts"
+        except InputError as error:
+            reason = str(error)
+        aside = self._set_aside(self.scenario_path)
+        _logger.warning("dataset %s: scenario.yaml: %s; it is now %s, and is written anew", self.path, reason, aside)
+        return False
 
     def read_manifest(self) -> Manifest:
         """Return the manifest. Raises `.InputError` if there is none, or none that this version understands."""

@@ -1,0 +1,74 @@
+"""Casts without physics, which land where a closed form says and take a moment, and figures with nothing in them."""
+
+import math
+import time
+
+import numpy as np
+
+from wam_cast.learning import dataset
+from wam_cast.learning.sampling import sample_cast
+
+SECONDS = 0.005
+"""That a cast takes: enough to be ended in the middle of."""
+
+LANDED = {
+    "status": "landed",
+    "is_slack": True,
+    "slack": 0.05,
+    "peak_torque_utilization": 0.5,
+    "peak_velocity_utilization": 0.5,
+}
+
+
+def landing(cast):
+    return 0.2 + cast.distance + 0.4 * cast.speed + 0.02 * math.sin(6 * cast.wait)
+
+
+def row(scenario, seed, number):
+    time.sleep(SECONDS)
+    cast = sample_cast(scenario, seed, number)
+    parameters = {"distance": cast.distance, "speed": cast.speed, "wait": cast.wait, "landing_along": landing(cast)}
+    others = {name: landing(cast) / place for place, name in enumerate(dataset.SCHEMA.names, 10)}
+    return others | parameters | LANDED | {"cast": number}
+
+
+def execute(scenario, trials, number):
+    from wam_cast.simulation.outcome import Outcome, Status
+
+    time.sleep(SECONDS)
+    cast, cup, noise_seed = trials[number].cast, trials[number].position, trials[number].noise_seed
+    along, across = landing(cast), 0.001 * (noise_seed % 7)
+    turned = np.array(
+        [[math.cos(cast.bearing), -math.sin(cast.bearing)], [math.sin(cast.bearing), math.cos(cast.bearing)]]
+    )
+    place = turned @ [along, across]
+    miss = math.dist(place, cup)
+    return Outcome(
+        status=Status.CAUGHT if miss < 0.01 else Status.LONG,
+        landing=place,
+        landing_along=along,
+        landing_across=across,
+        crossing_time=1.0,
+        entry_velocity=np.array([0.5, 0.0, -2.0]),
+        entry_angle=0.24,
+        is_slack=True,
+        slack=0.05,
+        miss=miss,
+        peak_torque_utilization=np.zeros(7),
+        peak_velocity_utilization=np.zeros(7),
+        peak_tracking_error=0.0,
+        limits_hit=(),
+        end_time=2.0,
+    )
+
+
+def draw(findings, folder, number):
+    from matplotlib.figure import Figure
+
+    from wam_cast.experiments.paper.report_figures import CAPTIONS
+    from wam_cast.visualization.picture_files import write_figure
+
+    name = list(CAPTIONS)[number]
+    for suffix in ("png", "pdf"):
+        write_figure(Figure(figsize=(2, 1)), folder / f"{name}.{suffix}")
+    return name

@@ -207,9 +207,11 @@ class Interrupts:
 
 class Loading:
     def find_spec(name, *_):
-        if name == "wam_cast.cli.commands":
+        if name == "functools":
             Interrupts()
 
+for name in ("functools", "contextlib", "re"):
+    sys.modules.pop(name, None)
 sys.meta_path.insert(0, Loading)
 sys.argv = ["wam-cast", "--version"]
 from wam_cast.cli import main

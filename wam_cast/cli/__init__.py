@@ -34,7 +34,7 @@ def _leave(*_: object) -> None:
 
 
 def _say_interrupted() -> None:
-    from contextlib import suppress
-
-    with suppress(OSError):
+    try:  # noqa: SIM105 -- the handler may be called amid an import, where it cannot import anything itself
         print("interrupted", file=sys.stderr, flush=True)
+    except OSError:
+        pass

@@ -7,7 +7,6 @@ is no; 2 the input was wrong or the machine failed, one line says how; 130 inter
 from __future__ import annotations
 
 import os
-import shutil
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -21,18 +20,11 @@ from wam_cast.cli.check import print_preview, require_workable
 from wam_cast.cli.options import parse_cup
 from wam_cast.cli.output_files import ThrowFiles
 from wam_cast.cli.results import Executed, plan_record, print_json, throw_record
-from wam_cast.cli.terminal import err, out, phase_progress, progress
+from wam_cast.cli.terminal import HELP_STYLE, err, out, phase_progress, progress
 from wam_cast.cli.throwing import execute, given_throws, make_plans
 from wam_cast.errors import InputError, MachineError
 
-NARROW = 60
-"""Columns of a terminal on which Rich would cut words of the help off."""
-
-app = typer.Typer(
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    rich_markup_mode="rich" if shutil.get_terminal_size().columns >= NARROW else None,
-)
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=HELP_STYLE)
 
 
 def _print_version(wanted: bool) -> None:

@@ -7,10 +7,8 @@ is no; 2 the input was wrong or the machine failed, one line says how; 130 inter
 from __future__ import annotations
 
 import os
-import shutil
 import time
 from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
@@ -23,18 +21,11 @@ from wam_cast.cli.mapping import kept_until_drawn
 from wam_cast.cli.options import parse_cup
 from wam_cast.cli.output_files import ThrowFiles
 from wam_cast.cli.results import Executed, plan_record, print_json, throw_record
-from wam_cast.cli.terminal import err, out, phase_progress, progress
+from wam_cast.cli.terminal import HELP_STYLE, err, out, phase_progress, progress
 from wam_cast.cli.throwing import execute, given_throws, make_plans
 from wam_cast.errors import InputError, MachineError
 
-NARROW = 60
-"""Columns of a terminal on which Rich would cut words of the help off."""
-
-app = typer.Typer(
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    rich_markup_mode="rich" if shutil.get_terminal_size().columns >= NARROW else None,
-)
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=HELP_STYLE)
 
 
 def _print_version(wanted: bool) -> None:
@@ -180,27 +171,19 @@ def generate(
     as_json: options.AsJson = False,
 ) -> None:
     """Simulate random casts and store them; an interrupted run goes on when it is started again."""
-    from wam_cast.learning.parts import describe_failed_casts, failed_casts
+    from wam_cast.learning.parts import describe_failed_casts
 
     if workers is not None and scheduler is not None:
         raise InputError("--workers and --scheduler exclude each other: a scheduler brings its own workers")
     started = time.perf_counter()
     data = model_choice.generate(scenario, casts, seed, directory, workers, scheduler, force)
     seconds = time.perf_counter() - started
-    counts = data.frame["status"].value_counts().to_dict()
     for line in describe_failed_casts(data):
         err.print(line)
     if as_json:
-        made = {
-            "directory": str(directory),
-            "n_casts": len(data),
-            "seed": seed,
-            "fingerprint": data.scenario.fingerprint,
-        }
-        print_json({**made, "statuses": counts, "failed": failed_casts(data), "wall_s": seconds})
+        print_json(results.dataset_record(data, directory, seconds))
     else:
-        statuses = ", ".join(f"{count} {status}" for status, count in counts.items())
-        out.print(f"{len(data)} casts in {directory} ({statuses}), {seconds:.1f} s")
+        results.print_dataset(data, directory, seconds)
 
 
 @app.command()
@@ -215,10 +198,7 @@ def fit(
     """Fit a forward model to a dataset."""
     model, data = model_choice.fit(dataset, file, None if scenario is None else model_choice.load_scenario(scenario))
     if as_json:
-        from wam_cast.learning.parts import failed_casts
-
-        record = {"model": str(file), "reach": model.reach, **asdict(model.info)}
-        print_json({**record, "failed": failed_casts(data)})
+        print_json(results.fit_record(model, data, file))
     else:
         results.print_fit(model)
 

@@ -144,6 +144,34 @@ def print_throws(executed: Sequence[Executed]) -> None:
             out.print(f"{cup}: on the way home, {', '.join(outcome.return_faults)}")
 
 
+def dataset_record(data: wc.CastDataset, directory: Path, seconds: float) -> Record:
+    """Return what `generate --json` prints."""
+    from wam_cast.learning.parts import failed_casts
+
+    return {
+        "directory": str(directory),
+        "n_casts": len(data),
+        "seed": data.seed,
+        "fingerprint": data.scenario.fingerprint,
+        "statuses": data.frame["status"].value_counts().to_dict(),
+        "failed": failed_casts(data),
+        "wall_s": seconds,
+    }
+
+
+def print_dataset(data: wc.CastDataset, directory: Path, seconds: float) -> None:
+    """Print how many casts were made, and how they ended."""
+    statuses = ", ".join(f"{count} {status}" for status, count in data.frame["status"].value_counts().items())
+    out.print(f"{len(data)} casts in {directory} ({statuses}), {seconds:.1f} s")
+
+
+def fit_record(model: wc.ForwardModel, data: wc.CastDataset, file: Path) -> Record:
+    """Return what `fit --json` prints."""
+    from wam_cast.learning.parts import failed_casts
+
+    return {"model": str(file), "reach": model.reach, **asdict(model.info), "failed": failed_casts(data)}
+
+
 def print_fit(model: wc.ForwardModel) -> None:
     """Print how a model was fitted, and how well it predicts the landing along the casting plane."""
     info, (nearest, farthest) = model.info, model.reach

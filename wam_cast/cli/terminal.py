@@ -5,10 +5,11 @@ from __future__ import annotations
 import io
 import logging
 import os
+import shutil
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, Literal
 
 from rich.console import Console
 from rich.progress import (
@@ -38,6 +39,10 @@ class Terminal(Console):
 # Nothing is taken for markup: [m] is a unit, and any name may be a file's.
 out = Terminal(soft_wrap=True, highlight=False, markup=False, emoji=False)
 err = Terminal(stderr=True, soft_wrap=True, highlight=False, markup=False, emoji=False)
+
+
+HELP_STYLE: Literal["rich"] | None = "rich" if shutil.get_terminal_size().columns >= 60 else None
+"""Of Typer: on narrower terminals Rich cuts words of the help off."""
 
 
 class _Messages(logging.Handler):

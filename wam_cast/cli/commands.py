@@ -1,7 +1,7 @@
 """The commands of `wam-cast`: a thin face over the API.
 
 Results go to standard output, progress and messages to standard error. Exit codes: 0 done; 1 the work was done and its answer
-is no; 2 the input was wrong or the machine failed, one line says how; 130 interrupted.
+is no; 2 the input was wrong or the machine failed, one line says how; 130 interrupted, 141 nobody reads on.
 """
 
 from __future__ import annotations

@@ -61,6 +61,7 @@ def test_what_workers_could_not_import_is_refused(nameless):
         generate_dataset(Scenario(), 1, make_controller=nameless)
 
 
+@pytest.mark.slow
 def test_casts_are_those_of_the_controller(own):
     soft = generate_dataset(Scenario(), 2, make_controller=own.soft, n_workers=1)
     usual, again = (

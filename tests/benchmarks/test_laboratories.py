@@ -80,6 +80,7 @@ def test_a_scenario_that_missed_is_told_and_fails_the_run():
     assert cells == ("a", "b", "3 of 5 caught (2 not_settled)", "1.2, 30.0", "0.300 to 0.900", "50%")
 
 
+@pytest.mark.slow
 def test_random_files_are_reproducible_and_of_every_kind(tmp_path):
     assert random_scenarios.draw(3) == random_scenarios.draw(3)
     n_read, refused = 0, []

@@ -278,6 +278,7 @@ def test_bad_numbers_are_refused(casts, name):
         compare(seed=-1)
 
 
+@pytest.mark.slow
 def test_a_search_on_the_simulator_is_as_good_as_its_casts():
     cup = 0.6
     choice = Searcher("grid", "simulator", 2).choose(reference_model(), cup, 0)

@@ -218,6 +218,7 @@ def test_the_table_of_throws(cli):
     assert re.search(r"0\.7500, 0\.0000 .* 0\.7\d+, -?0\.00\d\d .* \d\.\d .* caught", result.out)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("scenarios")
 def test_a_ball_that_misses_gives_1_and_its_numbers(cli):
     # The paper's planner aims within a centimetre; this cup forgives half a millimetre.
@@ -271,6 +272,7 @@ def test_interrupted_throws_tell_what_was_finished(cli, monkeypatch):
     assert "0.5000, 0.0000" not in table.out
 
 
+@pytest.mark.slow
 def test_an_interrupted_replay_shows_what_was_recorded(cli, folder, monkeypatch):
     from wam_cast.simulation.simulator import CastSimulator
 

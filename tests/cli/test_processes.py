@@ -58,6 +58,7 @@ def test_exit_codes_and_streams(process, words, code):
         assert json.loads(result.out)["is_feasible"]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("scenarios")
 def test_a_miss_is_exit_code_1(process):
     result = process("throw", "--cup", "0.65,-0.35", "--planner", "gradient", "--scenario", "narrow.yaml", "--json")
@@ -126,6 +127,7 @@ def test_no_file_takes_the_place_of_a_closed_stream(closed):
     assert ended.returncode > 2
 
 
+@pytest.mark.slow
 def test_letters_that_the_terminal_does_not_have_are_done_without(process, monkeypatch):
     monkeypatch.setenv("PYTHONIOENCODING", "ascii")
     result = process("plan", "--cup", "0.75")

@@ -219,6 +219,7 @@ def test_the_number_of_casts_is_checked(n_casts):
         preview_scenario(wc.Scenario(), n_casts)
 
 
+@pytest.mark.slow
 def test_the_casts_of_a_preview_are_the_first_of_the_dataset():
     noisy = wc.Scenario(noise=wc.Noise.typical())
     preview = preview_scenario(noisy, 2)

@@ -84,6 +84,7 @@ def test_planners_work_on_it(forest, method):
     assert plan.predicted_std.along == pytest.approx(forest.uncertainty.value, rel=0.5)
 
 
+@pytest.mark.slow
 def test_a_kernel_ridge_keeps_its_hyperparameters(data):
     info = reference_model().info
     model = ForwardModel.fit(data, estimator=KernelRidge(sigma=info.sigma, regularization=info.regularization))

@@ -434,6 +434,7 @@ def real(tmp_path_factory):
     return generate_dataset(SCENARIO, 8, 0, n_workers=1, directory=directory), directory
 
 
+@pytest.mark.slow
 def test_the_number_of_workers_changes_no_bit(real, tmp_path):
     data, directory = real
     assert list(data.frame["status"]) == ["landed"] * 8
@@ -454,6 +455,7 @@ def test_a_row_is_the_outcome_of_its_cast(real):
     assert row["peak_velocity_utilization"] == max(outcome.peak_velocity_utilization)
 
 
+@pytest.mark.slow
 def test_noise_leaves_the_drawn_casts_alone_and_does_not_depend_on_who_draws_it(real, tmp_path):
     from wam_cast.simulation.simulator import simulate_cast
 
@@ -556,6 +558,7 @@ def test_ctrl_c_while_the_workers_start_is_left_to_their_parent(start_run):
     assert errors.count("Traceback") == 1
 
 
+@pytest.mark.slow
 def test_workers_end_with_a_parent_that_was_killed(start_run):
     run = start_run(1)
     run.kill()

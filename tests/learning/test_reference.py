@@ -21,6 +21,7 @@ def reference_data():
     return reference_dataset()
 
 
+@pytest.mark.slow
 def test_reference_model_needs_neither_drake_nor_pandas():
     # None in place of a module makes its import fail; scikit-learn imports pandas only where it can.
     code = (

@@ -101,6 +101,7 @@ def left_swinging(simulator, cast, cup):
 NEAR, MIDDLE, FAR = Cast(0.1, 0.40, 0.10), Cast(0.3, 0.60, 0.10), Cast(0.3755, 0.6335, 0.3975)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("cast", "restitution"), [(MIDDLE, 0.6), pytest.param(FAR, 0.25, marks=pytest.mark.slow)], ids=["middle", "far"]
 )
@@ -126,6 +127,7 @@ def test_near_cup_lets_the_ball_go_as_well(simulator):
     assert swing < 1.5e-3
 
 
+@pytest.mark.slow
 def test_missed_ball_is_brought_home_too(simulator):
     cup = tuple(simulator.simulate(MIDDLE).landing + np.array([0.0, 0.09]))
     _, recording = left_swinging(simulator, MIDDLE, cup)
@@ -134,6 +136,7 @@ def test_missed_ball_is_brought_home_too(simulator):
     assert recording.p_WL[-1, 2] > 0.19
 
 
+@pytest.mark.slow
 def test_limit_met_on_the_way_home_is_told_apart_from_the_casts():
     hasty = CastSimulator(Scenario.from_dict({"motion": {"retreat_duration": 0.3}}))
     cup = tuple(hasty.simulate(MIDDLE).landing)

@@ -119,11 +119,14 @@ def test_a_process_of_a_pool_starts_its_own():
         assert executor.submit(all_in_one, 0).result() == (["0", "1", "2"], [])
 
 
-def test_where_the_system_wants_no_more_processes_this_one_goes_on(helper, monkeypatch):
-    def refuse(*_):
+@pytest.mark.parametrize(
+    "wanted", ["popen_spawn_posix.Popen._launch", "synchronize.SemLock.__init__", "context.BaseContext.Pipe"]
+)
+def test_where_the_system_has_no_more_for_processes_this_one_goes_on(helper, monkeypatch, wanted):
+    def refuse(*_, **__):
         raise BlockingIOError(11, "Resource temporarily unavailable")
 
-    monkeypatch.setattr("multiprocessing.popen_spawn_posix.Popen._launch", refuse)
+    monkeypatch.setattr(f"multiprocessing.{wanted}", refuse)
     with Workers(2) as workers, pytest.warns(RuntimeWarning, match="Resource temporarily unavailable"):
         assert set(workers.run(helper.process, range(3))) == {os.getpid()}
 

@@ -256,6 +256,7 @@ def caught(method, scenario):
     return [plan.cup for plan in plans if simulate_cast(scenario, plan.cast, plan.cup).is_caught]
 
 
+@pytest.mark.slow
 @EACH
 def test_planned_casts_are_caught(method):
     assert caught(method, Scenario()) == CUPS

@@ -93,6 +93,7 @@ def _arm_context(one, context):
     return arm_context
 
 
+@pytest.mark.slow
 def test_simulator_of_the_diagram_runs_a_cast_into_the_cup(station):
     simulator = Simulator(station.diagram)
     began = time.perf_counter()

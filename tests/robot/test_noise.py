@@ -75,6 +75,7 @@ def test_same_seed_gives_the_same_cast_whoever_ran_before(noisy, seed):
     assert_identical(simulate_cast(noisy.scenario, CAST, noise_seed=seed), used)
 
 
+@pytest.mark.slow
 def test_same_seed_gives_the_same_cast_into_a_cup(noisy):
     cup = tuple(noisy.simulate(CAST, noise_seed=5).landing)
     first = noisy.simulate(CAST, cup, noise_seed=5)
@@ -150,6 +151,7 @@ def test_recording_judges_by_the_executed_motion_and_keeps_the_command(noisy):
     assert recording.outcome.peak_tracking_error < 0.02
 
 
+@pytest.mark.slow
 def test_landings_scatter_as_their_sensitivity_to_the_distance_says(simulator):
     noise = only("distance")
     noisy, seeds = simulator_of(noise), range(12)

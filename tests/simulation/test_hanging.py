@@ -33,6 +33,7 @@ def test_a_ball_rests_in_the_cups_that_the_tether_leaves_it_free_in_and_hangs_in
         assert outcome.status is (Status.CAUGHT if is_free else Status.HANGING), parameters
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("parameters", [(0.191, 0.692, 0.016), (0.108, 0.330, 0.105)])
 def test_a_string_too_short_for_any_cup_leaves_the_ball_hanging_in_every_cup(parameters):
     landing, outcome = outcome_where_it_lands(TOO_SHORT, Cast(*parameters))

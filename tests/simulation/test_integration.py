@@ -122,6 +122,7 @@ def test_cast_that_would_take_minutes_is_refused(changes):
         CastSimulator(scenario(**changes))
 
 
+@pytest.mark.slow
 def test_string_that_flails_ever_faster_asks_for_no_endless_steps(monkeypatch):
     """An arm out of control: it meets its limits, or diverges where no step is short enough, the joints' speeds bounded."""
     unstable = {

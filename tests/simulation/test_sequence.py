@@ -35,6 +35,7 @@ def recordings(simulator, throws):
     return simulator.record_sequence(throws)
 
 
+@pytest.mark.slow
 def test_every_ball_is_caught_and_lands_as_it_would_from_rest(simulator, throws, recordings):
     for throw, recording in zip(throws, recordings, strict=True):
         assert recording.outcome.is_caught
@@ -43,6 +44,7 @@ def test_every_ball_is_caught_and_lands_as_it_would_from_rest(simulator, throws,
     assert_identical(recordings[0].outcome, simulator.simulate(CASTS[0], throws[0].cup))
 
 
+@pytest.mark.slow
 def test_each_cast_begins_with_the_state_in_which_the_one_before_ended(recordings):
     for before, after in pairwise(recordings):
         np.testing.assert_array_equal(after.states[0], before.states[-1])
@@ -55,6 +57,7 @@ def test_each_cast_begins_with_the_state_in_which_the_one_before_ended(recording
         assert np.linalg.norm(moved, axis=1).max() < 0.02
 
 
+@pytest.mark.slow
 def test_ball_hangs_clear_of_every_cup_when_the_cup_is_moved(recordings):
     scenario = Scenario()
     for recording in recordings:
@@ -71,6 +74,7 @@ def test_outcomes_are_those_of_the_recordings_whoever_ran_before(simulator, thro
     assert_identical(dataclasses.replace(outcomes[-1], return_faults=()), recordings[-1].outcome)
 
 
+@pytest.mark.slow
 def test_function_takes_casts_and_cups(throws, recordings):
     outcomes = simulate_casts(Scenario(), CASTS[:2], [throw.cup for throw in throws[:2]])
     for outcome, recording in zip(outcomes, recordings[:2], strict=True):
@@ -83,6 +87,7 @@ def test_one_throw_is_a_cast_of_its_own(simulator, throws):
     assert_identical(outcome, simulator.simulate(throws[2].cast, throws[2].cup))
 
 
+@pytest.mark.slow
 def test_missed_ball_is_put_to_rest_before_the_next_cast(simulator, throws):
     aside = dataclasses.replace(throws[0], cup=(throws[0].cup[0], 0.09))
     outcomes = simulator.simulate_sequence([aside, throws[2]])

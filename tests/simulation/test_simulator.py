@@ -58,6 +58,7 @@ def test_reused_and_fresh_simulators_give_the_same_free_cast(simulator, free):
     assert_identical(simulator.simulate(TYPICAL), free[TYPICAL])
 
 
+@pytest.mark.slow
 def test_reused_and_fresh_simulators_give_the_same_cast_into_a_cup(simulator, free):
     cup = tuple(free[TYPICAL].landing)
     fresh = CastSimulator(Scenario()).simulate(TYPICAL, cup)
@@ -137,6 +138,7 @@ def test_bearing_turns_the_landing_about_the_base_axis(simulator, free, bearing)
     assert turned.crossing_time == pytest.approx(straight.crossing_time, abs=2e-4)
 
 
+@pytest.mark.slow
 def test_opposite_bearings_mirror_each_other(simulator):
     # But for the arm's own asymmetry, whose links are not mirrored.
     left, right = (simulator.simulate(dataclasses.replace(TYPICAL, bearing=b)) for b in (0.7, -0.7))
@@ -379,6 +381,7 @@ def caught(simulator, free):
     return simulator.record(CASTS[3], tuple(free[CASTS[3]].landing))
 
 
+@pytest.mark.slow
 def test_recordings_outcome_is_that_of_the_simulation(simulator, free, caught):
     assert_identical(caught.outcome, simulator.simulate(CASTS[3], tuple(free[CASTS[3]].landing)))
     assert_identical(simulator.record(TYPICAL).outcome, free[TYPICAL])

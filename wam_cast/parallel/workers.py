@@ -224,8 +224,11 @@ class _WorkerPool(ProcessPoolExecutor):
     def __init__(self, n_workers: int, *, imports_main: bool) -> None:
         context = multiprocessing.get_context("spawn")
         self.imports_main = imports_main
-        self._far_end, self._lifeline = context.Pipe(duplex=False)
-        super().__init__(n_workers, context, initializer=_end_with, initargs=(self._far_end,))
+        try:
+            self._far_end, self._lifeline = context.Pipe(duplex=False)
+            super().__init__(n_workers, context, initializer=_end_with, initargs=(self._far_end,))
+        except OSError as error:  # the system has no pipes or semaphores for it
+            raise _CannotStartError(str(error)) from None
         self._started = self._processes  # which the pool forgets when it shuts down
 
     @property
@@ -239,10 +242,7 @@ class _WorkerPool(ProcessPoolExecutor):
         try:
             with nullcontext() if self.imports_main and main_module.can_be_imported() else main_module.without_main():
                 return super().submit(fn, *args, **kwargs)
-        except (
-            AssertionError,
-            OSError,
-        ) as error:  # a daemonic process must not have children, the system wants no more
+        except (AssertionError, OSError) as error:  # a daemonic process must not have any, or the system wants no more
             raise _CannotStartError(str(error)) from None
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, previous)

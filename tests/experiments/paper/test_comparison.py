@@ -44,6 +44,7 @@ def nearest(train, casts):
     return train.landing[np.argmin(distances, axis=1)]
 
 
+@pytest.mark.slow
 def test_rows_are_errors_on_the_test_casts(found, parts, casts):
     measured = casts.frame["landing_along"].to_numpy()[80:]
     assert found.test_measured.tolist() == measured.tolist()

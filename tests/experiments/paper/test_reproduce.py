@@ -77,6 +77,7 @@ def test_a_finished_run_computes_nothing_again(no_physics, finished, monkeypatch
     assert again.to_json({}) == findings.to_json({})
 
 
+@pytest.mark.slow
 def test_every_phase_reports_from_none_to_all(reproduce):
     seen = {}
     reproduce(on_progress=lambda title, done, total: seen.setdefault(title, []).append((done, total)))
@@ -87,6 +88,7 @@ def test_every_phase_reports_from_none_to_all(reproduce):
         assert len({total for _, total in steps}) == 1, title
 
 
+@pytest.mark.slow
 def test_test_part_is_opened_once_and_last(reproduce, monkeypatch):
     events = []
     open_test, fit = Parts.open_test, comparison._fit
@@ -120,6 +122,7 @@ def test_all_phases_share_one_split(reproduce, monkeypatch):
         seen[0][1].open_test()
 
 
+@pytest.mark.slow
 def test_a_run_uses_one_thread_for_each_process(reproduce, monkeypatch):
     events = []
 

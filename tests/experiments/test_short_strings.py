@@ -29,7 +29,7 @@ def test_each_cup_is_caught_or_refused_beforehand(values):
         assert "mends it" in str(error)
         return
     reach = Reach.of(model)
-    for cup in draw_cups(reach, N_CUPS, seed=1, region="floor"):
+    for cup in draw_cups(reach, N_CUPS, seed=1):
         plan = plan_cast(model, from_polar(*cup))
         assert plan.is_feasible or "hang" in plan.reason
         if plan.is_feasible:

@@ -84,7 +84,7 @@ def test_report_is_whole(no_physics, finished):
     # One test, since its figures take their time.
     findings, folder = finished
     directory = RunDirectory(folder, findings.settings.identity, findings.settings.own_scenario)
-    assert list(draw_figures(findings, directory.figures, Workers())) == list(CAPTIONS)
+    assert list(draw_figures(findings, directory.folder("figures"), Workers())) == list(CAPTIONS)
     write_report(findings, directory)
     markdown = (folder / "report.md").read_text()
     check_figures(folder, markdown)

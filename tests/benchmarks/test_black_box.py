@@ -192,7 +192,7 @@ def test_nothing_global_is_drawn_from_or_printed(method, capsys):
         warnings.simplefilter("error")
         before = np.random.get_state()[1].copy()  # noqa: NPY002 - the one that must stay as it is
         search(method, 10, distance_from(LOWER))
-    np.testing.assert_array_equal(np.random.get_state()[1], before)  # noqa: NPY002
+    np.testing.assert_array_equal(np.random.get_state()[1], before)  # noqa: NPY002 - the same
     assert capsys.readouterr() == ("", "")
 
 

@@ -56,7 +56,7 @@ def prepare_streams() -> None:
     """Make standard streams that can be written whatever was handed to the process, and print there what the package logs."""
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:  # closed: the next file would get its number, and what Drake prints
-            setattr(sys, name, open(os.devnull, mode))  # noqa: PTH123, SIM115
+            setattr(sys, name, open(os.devnull, mode))  # noqa: PTH123, SIM115 - it stays open, as streams do
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # letters that the terminal does not have
     logger = logging.getLogger("wam_cast")

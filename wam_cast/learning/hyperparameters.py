@@ -198,9 +198,8 @@ class _LogError:
         """Return σ and λ."""
         sigma = np.exp(theta[: math.prod(self.sigma_shape)]).reshape(self.sigma_shape)
         regularization = float(np.exp(theta[-1])) if self.regularization is None else self.regularization
-        if (
-            self.regularization_bounds is not None
-        ):  # the exponential of a bound's logarithm may be beyond it by rounding
+        if self.regularization_bounds is not None:
+            # The exponential of a bound's logarithm may be beyond it by rounding.
             return np.clip(sigma, *SIGMA_BOUNDS), float(np.clip(regularization, *self.regularization_bounds))
         return sigma, regularization
 

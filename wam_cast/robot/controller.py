@@ -117,13 +117,8 @@ class ArmController(PythonSystem):
         self._cast_index = self.DeclareNumericParameter(by_default)
         time, arm_state = self.time_ticket(), self._input.ticket()
         cast = self.numeric_parameter_ticket(NumericParameterIndex(self._cast_index))
-        self._motion = declare_cache_entry(
-            self,
-            "motion",
-            object,  # 1.58 refuses None
-            weakly(self._calc_motion),
-            {cast},
-        )
+        # An object at first, since Drake 1.58 refuses None.
+        self._motion = declare_cache_entry(self, "motion", object, weakly(self._calc_motion), {cast})
         # Not a result but a place to compute in, one for each context: whoever uses it measures first.
         self._arm = declare_cache_entry(
             self, "measured arm", lambda: MeasuredArm(plant), lambda _context, _value: None, {self.nothing_ticket()}

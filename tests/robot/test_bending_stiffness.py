@@ -8,8 +8,9 @@ from pydrake.systems.framework import DiagramBuilder
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
+from wam_cast.arm.posture import starting_posture
 from wam_cast.robot.forces import connect_forces
-from wam_cast.robot.plant import HOOK, N_ARM, fill_plant, hanging_positions, make_arm_plant, starting_posture
+from wam_cast.robot.plant import HOOK, N_ARM, fill_plant, hanging_positions
 from wam_cast.scenario import Scenario
 
 STIFFNESS = 1e-3
@@ -29,7 +30,7 @@ class Robot:
         self.diagram = builder.Build()
         self.root = self.diagram.CreateDefaultContext()
         self.context = self.plant.GetMyMutableContextFromRoot(self.root)
-        self.hanging = hanging_positions(self.plant, starting_posture(make_arm_plant(self.scenario), self.scenario))
+        self.hanging = hanging_positions(self.plant, starting_posture(self.scenario))
         self.n = self.plant.num_positions()
         self.bends = np.arange(HOOK.stop, self.n - 2)  # of the joints between links
 

@@ -9,10 +9,10 @@ from pydrake.multibody.tree import JacobianWrtVariable
 from pydrake.systems.analysis import Simulator
 
 from wam_cast.arm.arm_model import models_directory
+from wam_cast.arm.posture import starting_posture
 from wam_cast.cast import Cast
 from wam_cast.motion.stages import CastMotion, Stage
 from wam_cast.robot.controller import ArmController, CastController
-from wam_cast.robot.plant import starting_posture
 from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Scenario
 
@@ -334,7 +334,7 @@ class Meddler(CastController):
 
 def test_what_a_torque_does_to_the_model_changes_no_other_output():
     ours, meddler = CastController(Scenario()), Meddler(Scenario())
-    state = np.concatenate([starting_posture(ours.plant, Scenario()), 0.1 * np.ones(7)])
+    state = np.concatenate([starting_posture(Scenario()), 0.1 * np.ones(7)])
     found = []
     for controller in (ours, meddler):
         context = controller.CreateDefaultContext()

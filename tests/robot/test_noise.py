@@ -13,15 +13,8 @@ from wam_cast.motion.stages import CastMotion
 from wam_cast.robot.controller import CastController
 from wam_cast.robot.encoders import encoder_resolution
 from wam_cast.robot.motors import saturate
-from wam_cast.robot.noise import (
-    CHUNK,
-    Source,
-    TorqueNoise,
-    executed_cast,
-    random_stream,
-    swing_at_start,
-    torque_deviates,
-)
+from wam_cast.noise import CHUNK, Source, executed_cast, random_stream, swing_at_start, torque_deviates
+from wam_cast.robot.noise import TorqueNoise
 from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Noise, Scenario
 from wam_cast.simulation.outcome import Outcome

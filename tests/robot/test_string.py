@@ -13,16 +13,8 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq
 from scipy.special import ellipk, j0, y0
 
-from wam_cast.robot.plant import (
-    N_ARM,
-    STRING_RADIUS,
-    add_ball,
-    add_string,
-    fill_plant,
-    hanging_positions,
-    make_arm_plant,
-    starting_posture,
-)
+from wam_cast.arm.posture import starting_posture
+from wam_cast.robot.plant import N_ARM, STRING_RADIUS, add_ball, add_string, fill_plant, hanging_positions
 from wam_cast.scenario import Ball, Scenario, String
 from wam_cast.simulation.contact_free import ACCURACY
 from wam_cast.simulation.integration import EXPLICIT, begin_integration
@@ -483,7 +475,7 @@ def robot():
 @pytest.mark.parametrize("bearing", [0.0, 0.8, -1.2])
 def test_hooks_x_axis_is_normal_to_the_casting_plane(robot, bearing):
     plant, context = robot
-    q_arm = starting_posture(make_arm_plant(Scenario()), Scenario(), bearing)
+    q_arm = starting_posture(Scenario(), bearing)
     for turn in (0.0, 0.5):  # at the start, and with the arm elsewhere in the plane
         plant.SetPositions(context, hanging_positions(plant, q_arm + turn * np.eye(N_ARM)[1]))
         X_WHook = plant.GetFrameByName("hook").CalcPoseInWorld(context)
@@ -496,7 +488,7 @@ def test_hooks_x_axis_is_normal_to_the_casting_plane(robot, bearing):
 
 def test_swinging_in_the_casting_plane_turns_the_first_angle_alone(robot):
     plant, context = robot
-    q = hanging_positions(plant, starting_posture(make_arm_plant(Scenario()), Scenario(), 0.6))
+    q = hanging_positions(plant, starting_posture(Scenario(), 0.6))
     normal = np.array([-np.sin(0.6), np.cos(0.6), 0.0])
     for angle in (-1.7, 0.9, 2.5):
         turned = q.copy()
@@ -521,7 +513,7 @@ def test_string_hangs_straight_down_from_any_arm(robot):
 
 def test_hanging_string_rests_where_it_hangs(robot):
     plant, context = robot
-    q = hanging_positions(plant, starting_posture(make_arm_plant(Scenario()), Scenario()))
+    q = hanging_positions(plant, starting_posture(Scenario()))
     plant.SetPositions(context, q)
     plant.SetVelocities(context, np.zeros(plant.num_velocities()))
     force = plant.CalcGravityGeneralizedForces(context)[N_ARM:]

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from pydrake.multibody.plant import MultibodyPlant
 
+from wam_cast.arm.posture import starting_posture
 from wam_cast.cast import Cast
 from wam_cast.motion.stages import CastMotion
-from wam_cast.robot.plant import N_ARM, fill_plant, hanging_positions, make_arm_plant, starting_posture
+from wam_cast.robot.plant import N_ARM, fill_plant, hanging_positions
 from wam_cast.robot.station import Log
 from wam_cast.robot.station_state import StationState
 from wam_cast.scenario import Cup, Scenario
@@ -186,7 +187,7 @@ def plant(scenario):
 
 @pytest.fixture(scope="module")
 def hanging(plant, scenario):
-    return hanging_positions(plant, starting_posture(make_arm_plant(scenario), scenario))
+    return hanging_positions(plant, starting_posture(scenario))
 
 
 def log_of(plant, positions, velocities=None):

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from wam_cast.arm.arm_model import models_directory
+from wam_cast.arm.posture import starting_posture
 from wam_cast.cast import Cast
-from wam_cast.robot.plant import make_arm_plant, starting_posture
+from wam_cast.robot.plant import make_arm_plant
 from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.outcome import Status
@@ -37,7 +38,7 @@ def hand_at_start(changes, bearing=0.0):
     scenario = Scenario.from_dict(changes)
     plant = make_arm_plant(scenario)
     context = plant.CreateDefaultContext()
-    plant.SetPositions(context, starting_posture(plant, scenario, bearing))
+    plant.SetPositions(context, starting_posture(scenario, bearing))
     return plant.GetFrameByName("tool_plate").CalcPoseInWorld(context).translation()
 
 
@@ -124,7 +125,7 @@ def test_encoders_that_read_too_much_put_the_arm_elsewhere_and_nobody_knows():
     context = station.diagram.CreateDefaultContext()
     station.set_start(context, CAST)
     read = station.controller.get_input_port().Eval(station.controller.GetMyContextFromRoot(context))
-    known = starting_posture(make_arm_plant(Scenario()), Scenario())
+    known = starting_posture(Scenario())
     np.testing.assert_allclose(read[:7], known, atol=1e-15)
     q = station.plant.GetPositions(station.plant.GetMyContextFromRoot(context))[:7]
     np.testing.assert_allclose(q, known - offset, atol=1e-15)
@@ -162,7 +163,7 @@ def test_gravity_torque_is_the_believed_arms_and_gains_are_the_robots():
     torques = []
     for plant in (believed, real):
         own = plant.CreateDefaultContext()
-        plant.SetPositions(own, starting_posture(plant, Scenario()))
+        plant.SetPositions(own, starting_posture(Scenario()))
         torques.append(-plant.CalcGravityGeneralizedForces(own))
     np.testing.assert_allclose(asked, torques[0], atol=1e-9)
     np.testing.assert_allclose(torques[1], 1.1 * torques[0], atol=1e-9)

@@ -9,8 +9,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from wam_cast.arm.arm_model import models_directory
+from wam_cast.arm.posture import starting_posture
 from wam_cast.cast import Cast
-from wam_cast.robot.plant import STAND_COLOR, make_arm_plant, starting_posture
+from wam_cast.robot.plant import STAND_COLOR
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.simulator import CastSimulator
 from wam_cast.visualization.camera import Camera, view_rotation
@@ -55,7 +56,7 @@ def on_table():
 
 def at_start(scenario, **options):
     scene = CastScene(scenario, None, **options)
-    scene.set_posture(starting_posture(make_arm_plant(scenario), scenario))
+    scene.set_posture(starting_posture(scenario))
     return scene
 
 

@@ -9,10 +9,11 @@ import numpy as np
 from matplotlib.figure import Figure
 from pydrake.multibody.plant import MultibodyPlant
 
+from wam_cast.arm.posture import starting_posture
 from wam_cast.errors import InputError
 from wam_cast.experiments.preview import Preview
 from wam_cast.experiments.preview_verdict import Fate
-from wam_cast.robot.plant import make_arm_plant, starting_posture
+from wam_cast.robot.plant import make_arm_plant
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array
 from wam_cast.visualization.figures.preview_figures import SideOfScenario, draw_scenario
@@ -73,9 +74,9 @@ def _postures(scenario: Scenario) -> dict[str, Array]:
     }
     nowhere = scenario.bounds.model_copy(update={"distance": (0.0, 0.0)})
     down = scenario.model_copy(update={"motion": motion.model_copy(update=lowest), "bounds": nowhere})
-    found = {"arm at the start": _joints(plant, starting_posture(plant, scenario))}
+    found = {"arm at the start": _joints(plant, starting_posture(scenario))}
     with suppress(InputError):
-        found["arm farthest down"] = _joints(plant, starting_posture(plant, down))
+        found["arm farthest down"] = _joints(plant, starting_posture(down))
     return found
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from wam_cast.scenario import Scenario
+from wam_cast.string_chain import string_chain
 from wam_cast.types import Array
 
 
@@ -23,21 +24,22 @@ def swing_frequency(scenario: Scenario) -> float:
     angles are theta' A theta' / 2 and theta (G + B) theta / 2, where A_ij = l_i (m_j c_j + M_j l_j) for i above j,
     A_ii = m_i c_i^2 + M_i l_i^2 + I_i, G_ii = g (m_i c_i + M_i l_i), and B is the bending stiffness between links.
     """
-    string, ball, n = scenario.string, scenario.ball, scenario.string.n_links
-    link, mass = string.link_length(ball), string.mass / n
-    length = np.r_[np.full(n, link), ball.radius]
-    masses = np.r_[np.full(n, mass), ball.mass]
-    below = np.r_[np.cumsum(masses[::-1])[::-1][1:], 0.0]
-    centre = np.r_[np.full(n, link / 2), ball.radius]
-    own = np.r_[np.full(n, mass * link**2 / 12), ball.inertia_factor * ball.mass * ball.radius**2]
-    carried = masses * centre + below * length
-    i = np.arange(n + 1)
-    inertia = length[np.minimum.outer(i, i)] * carried[np.maximum.outer(i, i)]
-    inertia[i, i] = masses * centre**2 + below * length**2 + own
-    bends = np.diff(np.eye(n), axis=0)
-    stiffness = scenario.gravity * np.diag(carried)
-    stiffness[:n, :n] += string.bending_stiffness / link * bends.T @ bends
+    inertia, _, stiffness = string_matrices(scenario)
     return float(np.sqrt(eigh(stiffness, inertia, eigvals_only=True, subset_by_index=(0, 0))[0]))
+
+
+def string_matrices(scenario: Scenario) -> tuple[Array, Array, Array]:
+    """Return A, D and G + B of `swing_frequency`, (n_links + 1, n_links + 1) each: D is the joints' damping, by angles as well."""
+    n, chain = scenario.string.n_links, string_chain(scenario.string, scenario.ball)
+    below = np.r_[np.cumsum(chain.mass[::-1])[::-1][1:], 0.0]
+    carried = chain.moment + below * chain.length
+    i = np.arange(n + 1)
+    inertia = chain.length[np.minimum.outer(i, i)] * carried[np.maximum.outer(i, i)]
+    inertia[i, i] = chain.inertia + below * chain.length**2
+    bends = np.diff(np.eye(n + 1), axis=0, prepend=0)  # what a joint's angle is of the bodies' angles
+    damping = bends.T @ np.diag(chain.damping) @ bends
+    stiffness = scenario.gravity * np.diag(carried) + bends.T @ np.diag(chain.stiffness) @ bends
+    return inertia, damping, stiffness
 
 
 class Pendulum(NamedTuple):
@@ -55,15 +57,18 @@ class Pendulum(NamedTuple):
 def hand_above(p_WL: Array, v_WL: Array, a_WL: Array, jerk_WL: Array, pendulum: Pendulum) -> tuple[Array, Array]:
     """Return p_WE [m] and v_WE [m/s], each (3,), of the hand whose ball moves with the given position and its derivatives, (3,).
 
+    Or of many at once, (3, n) each; arrays of another library will do.
+
     Hand and ball are a flat system, whose flat output is the ball: a taut string pulls along a + g z, so the hand is the pendulum's
     length up in that direction. For small angles that is p_WL + a_WL / frequency^2 (with the length above it). Where the ball's
     velocity, acceleration and jerk are zero, so is the hand's velocity; where its next derivative is as well, so is the hand's
     acceleration.
     """
-    pull = a_WL + np.array([0.0, 0.0, pendulum.gravity])
-    size = float(np.linalg.norm(pull))
+    up = np.array([0.0, 0.0, 1.0]).reshape(3, *(1,) * (a_WL.ndim - 1))
+    pull = a_WL + up * pendulum.gravity
+    size = (pull * pull).sum(0) ** 0.5
     direction = pull / size
-    turning = (jerk_WL - direction * float(direction @ jerk_WL)) / size
+    turning = (jerk_WL - direction * (direction * jerk_WL).sum(0)) / size
     return p_WL + pendulum.length * direction, v_WL + pendulum.length * turning
 
 

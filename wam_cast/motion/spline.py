@@ -1,8 +1,28 @@
-"""QuinticSpline: the paper's smooth step from one value to another."""
+"""Smooth steps from one value to another: the paper's quintic spline, and a smoother one."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeVar
+
+T = TypeVar("T")
+"""A number, or an array of any library."""
+
+
+def quintic_step(u: T) -> tuple[T, T]:
+    """Return the polynomial from 0 at u = 0 to 1 at u = 1 whose first two derivatives vanish at both, and its derivative."""
+    left = 1.0 - u
+    return u * u * u * (10.0 + u * (-15.0 + 6.0 * u)), 30.0 * u * u * left * left
+
+
+def nonic_step(u: T) -> tuple[T, T, T, T]:
+    """Return the same whose first four derivatives vanish at both ends, and its first three derivatives."""
+    left = 1.0 - u
+    product = u * left
+    # In this form all terms are positive: none is lost near u = 1.
+    value = u**5 * (1.0 + left * (5.0 + left * (15.0 + left * (35.0 + 70.0 * left))))
+    first, second = 630.0 * product**4, 2520.0 * product**3 * (1.0 - 2.0 * u)
+    return value, first, second, 2520.0 * product**2 * (3.0 - 14.0 * product)
 
 
 @dataclass(frozen=True)
@@ -24,12 +44,9 @@ class QuinticSpline:
             return self.start, 0.0
         if t >= self.end_time:
             return self.end, 0.0
-        duration = self.end_time - self.start_time
-        u = (t - self.start_time) / duration
-        change = self.end - self.start
-        position = self.start + change * u * u * u * (10.0 + u * (-15.0 + 6.0 * u))
-        velocity = change / duration * 30.0 * u * u * (1.0 - u) * (1.0 - u)
-        return position, velocity
+        duration, change = self.end_time - self.start_time, self.end - self.start
+        value, rate = quintic_step((t - self.start_time) / duration)
+        return self.start + change * value, change / duration * rate
 
     def acceleration(self, t: float) -> float:
         """Return the acceleration at time `t`."""

@@ -13,10 +13,11 @@ from pydrake.systems.framework import BasicVector, Context, NumericParameterInde
 from scipy.linalg.lapack import dposv
 
 from wam_cast.arm.arm_model import arm_model
+from wam_cast.arm.posture import starting_posture
 from wam_cast.cast import Cast, default_cast
 from wam_cast.motion.stages import CastMotion
 from wam_cast.robot.drake_types import declare_cache_entry, evaluate, evaluate_cache, weakly
-from wam_cast.robot.plant import N_ARM, make_arm_plant, starting_posture
+from wam_cast.robot.plant import N_ARM, make_arm_plant
 from wam_cast.robot.python_system import PythonSystem
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array, checks_types
@@ -202,7 +203,7 @@ class CastController(ArmController):
         self._kp, self._kd = gains.kp, gains.kd
         self._joint_1_turn = arm_model(scenario.arm).joint_1_turn
         self._posture_gain = np.hstack([np.diag(gains.posture_stiffness), np.diag(gains.posture_damping)])
-        self._rest_state = np.concatenate([starting_posture(self.plant, scenario), np.zeros(N_ARM)])
+        self._rest_state = np.concatenate([starting_posture(scenario), np.zeros(N_ARM)])
 
     def torque(self, arm: MeasuredArm, desired: Desired) -> Array:
         """Return the law's torque [N m], (7,)."""

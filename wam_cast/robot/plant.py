@@ -13,7 +13,7 @@ from contextlib import contextmanager
 
 import numpy as np
 from pydrake.geometry import AddContactMaterial, Box, Cylinder, ProximityProperties, Sphere
-from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
+from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import (
@@ -28,11 +28,12 @@ from pydrake.multibody.tree import (
 from scipy.optimize import brentq
 
 from wam_cast.arm.arm_model import arm_model
+from wam_cast.arm.posture import base_rotation
 from wam_cast.cast import default_cup
-from wam_cast.errors import InputError
 from wam_cast.robot.cup_mesh import cup_mesh
 from wam_cast.robot.drake_types import translation
 from wam_cast.scenario import Arm, Ball, Cup, Scenario, String
+from wam_cast.string_chain import STRING_RADIUS, hook_angles, string_chain
 from wam_cast.types import Array, Position
 
 N_ARM = 7
@@ -50,9 +51,6 @@ STICTION_SPEED = 0.1
 N_CUP_WALLS = 16
 """Boxes that make up the cup's round wall for contact."""
 
-STRING_RADIUS = 0.002
-"""[m]"""
-
 STRING_COLOR = (0.28, 0.24, 0.20, 1.0)
 BALL_COLOR = (0.90, 0.33, 0.05, 1.0)
 CUP_COLOR = (0.10, 0.42, 0.60, 0.25)
@@ -65,9 +63,7 @@ FLOOR_RADIUS = 1.5
 
 def base_pose(arm: Arm, tilt: tuple[float, float] = (0.0, 0.0)) -> RigidTransform:
     """Return X_WB of the mounted arm, turned by a small `tilt` about the world's x and y axes [rad] besides."""
-    roll, pitch = {"ceiling": (np.pi, 0.0), "floor": (0.0, 0.0), "wall": (0.0, np.pi / 2)}[arm.mount]
-    R_tilt, R_WB = RollPitchYaw(*tilt, 0).ToRotationMatrix(), RollPitchYaw(roll, pitch, 0).ToRotationMatrix()
-    return translation([0, 0, arm.mount_height], R_tilt @ R_WB)
+    return translation([0, 0, arm.mount_height], RotationMatrix(base_rotation(arm, tilt)))
 
 
 def add_arm(plant: MultibodyPlant, scenario: Scenario, tilt: tuple[float, float] = (0.0, 0.0)) -> ModelInstanceIndex:
@@ -87,7 +83,7 @@ def add_string(plant: MultibodyPlant, string: String, ball: Ball, parent_frame: 
     angle, which may turn without limit.
     """
     model = plant.AddModelInstance("string")
-    link_length = string.link_length(ball)
+    link_length, damping = string.link_length(ball), string_chain(string, ball).damping
     inertia = SpatialInertia(
         string.mass / string.n_links,
         np.array([0, 0, link_length / 2]),
@@ -96,8 +92,7 @@ def add_string(plant: MultibodyPlant, string: String, ball: Ball, parent_frame: 
     )
     for i in range(string.n_links):
         link = plant.AddRigidBody(f"string_link{i}", model, inertia)
-        damping = string.hook_damping if i == 0 else string.bending_damping / link_length
-        plant.AddJoint(UniversalJoint(f"string_joint{i}", parent_frame, link.body_frame(), damping))
+        plant.AddJoint(UniversalJoint(f"string_joint{i}", parent_frame, link.body_frame(), damping[i]))
         parent_frame = plant.AddFrame(
             FixedOffsetFrame(f"string_end{i}", link.body_frame(), translation([0, 0, link_length]))
         )
@@ -245,71 +240,6 @@ def joint_damping(plant: MultibodyPlant) -> Array:
     return damping
 
 
-def starting_posture(arm_plant: MultibodyPlant, scenario: Scenario, bearing: float = 0.0) -> Array:
-    """Return the joint angles [rad], shape (7,), that put the hand at the start of a cast, elbow bent forward.
-
-    With joints 3, 5 and 7 at zero the arm is a planar linkage of two bars, from the shoulder to the elbow's axis and from
-    there to the hand, so the law of cosines solves it.
-
-    Raises
-    ------
-    InputError
-        If the hand cannot be there or a joint would exceed its limits.
-    """
-    motion, arm = scenario.motion, arm_model(scenario.arm)
-    context = arm_plant.CreateDefaultContext()
-    arm_plant.SetPositions(context, np.array([0, 0, 0, 0, 0, scenario.arm.wrist_pitch, 0]))
-
-    def point_in_base(frame_name: str) -> Array:
-        frame, base = arm_plant.GetFrameByName(frame_name), arm_plant.GetFrameByName("base")
-        return np.asarray(arm_plant.CalcRelativeTransform(context, base, frame).translation())[[0, 2]]
-
-    shoulder, elbow, hand = (point_in_base(name) for name in ("link2", "link4", "tool_plate"))
-    upper, fore = elbow - shoulder, hand - elbow
-    p_WE_start = np.array([motion.start_radius, 0.0, motion.start_height])
-    target = (base_pose(scenario.arm).inverse() @ p_WE_start)[[0, 2]] - shoulder
-    upper_length, fore_length, distance = (float(np.linalg.norm(bar)) for bar in (upper, fore, target))
-    cosine = (distance**2 - upper_length**2 - fore_length**2) / (2 * upper_length * fore_length)
-    if not -1 <= cosine <= 1:
-        raise InputError(
-            f"motion.start_radius = {motion.start_radius:g} m, motion.start_height = {motion.start_height:g} m: the hand would be "
-            f"{distance:.3f} m from the shoulder, which is {arm.shoulder_height:.3f} m high (arm.mount_height); the arm allows "
-            f"{abs(upper_length - fore_length):.3f} to {upper_length + fore_length:.3f} m"
-        )
-    q4 = _pitch(upper) - _pitch(fore) + np.arccos(cosine)
-    turned_fore = np.array([[np.cos(q4), np.sin(q4)], [-np.sin(q4), np.cos(q4)]]) @ fore
-    q2 = _pitch(target) - _pitch(upper + turned_fore)
-    q = np.array([arm.joint_1_turn * bearing, q2, 0.0, q4, 0.0, scenario.arm.wrist_pitch, 0.0])
-    longest = 0.98 * (upper_length + float(np.linalg.norm(fore)))
-    for height in (motion.start_height, motion.start_height - motion.drop_distance):
-        far = motion.start_radius + scenario.bounds.distance[1] - arm.shoulder_radius
-        needed = float(np.hypot(far, arm.shoulder_height - height))
-        if needed > longest:
-            raise InputError(
-                f"bounds.distance = {list(scenario.bounds.distance)}: at its longest move the hand would be {needed:.3f} m from "
-                f"the shoulder at a height of {height:g} m, the arm allows {longest:.3f} m; lower the second number, "
-                "motion.start_radius or motion.drop_distance, or change arm.mount_height"
-            )
-    lowest, highest = arm.bearing_limits
-    if not lowest <= bearing <= highest:
-        raise InputError(
-            f"cast.bearing = {bearing:.4g} rad: joint 1 of the {scenario.arm.mount}-mounted arm cannot turn there; choose one from "
-            f"{lowest:.4g} to {highest:.4g} rad"
-        )
-    lower, upper_limit = arm_plant.GetPositionLowerLimits(), arm_plant.GetPositionUpperLimits()
-    for i in np.flatnonzero((q < lower) | (q > upper_limit)):
-        raise InputError(
-            f"starting posture: joint {i + 1} at {q[i]:.3f} rad is outside its limits {lower[i]:g} to {upper_limit[i]:g}; "
-            "change motion.start_radius, motion.start_height or arm.wrist_pitch"
-        )
-    return q
-
-
-def _pitch(bar: Array) -> float:
-    """Return the angle of (x, z) from z toward x, as a turn about y counts [rad]."""
-    return math.atan2(bar[0], bar[1])
-
-
 def hanging_positions(plant: MultibodyPlant, q_arm: Array) -> Array:
     """Return all positions of a plant from `fill_plant`, the arm at `q_arm` and the string, if any, hanging straight down."""
     if plant.num_positions() == N_ARM:
@@ -318,10 +248,7 @@ def hanging_positions(plant: MultibodyPlant, q_arm: Array) -> Array:
     q = np.zeros(plant.num_positions())
     q[:N_ARM] = q_arm
     plant.SetPositions(context, q)
-    R_WHook = plant.GetFrameByName("hook").CalcPoseInWorld(context).rotation()
-    down = R_WHook.inverse() @ np.array([0.0, 0.0, -1.0])
-    # The string's direction in the hook's frame is (sin b, -sin a cos b, cos a cos b) for the joint's angles a, b.
-    q[HOOK] = np.arctan2(-down[1], down[2]), np.arcsin(np.clip(down[0], -1, 1))
+    q[HOOK] = hook_angles(plant.GetFrameByName("hook").CalcPoseInWorld(context).rotation().matrix())
     return q
 
 

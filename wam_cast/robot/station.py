@@ -16,18 +16,20 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSyst
 from pydrake.systems.primitives import LinearSystem, LogVectorOutput
 
 from wam_cast.arm.arm_model import arm_model
+from wam_cast.arm.posture import starting_posture
 from wam_cast.cast import Cast
 from wam_cast.casting_plane import to_casting_plane
 from wam_cast.errors import InputError
 from wam_cast.motion.stages import CastMotion
+from wam_cast.noise import executed_cast, swing_at_start
 from wam_cast.robot.ball_tracker import BallTracker
 from wam_cast.robot.controller import CastController
 from wam_cast.robot.drake_types import add_system, evaluate, own_context, translation
 from wam_cast.robot.encoders import Encoders, encoder_resolution
 from wam_cast.robot.forces import connect_forces
 from wam_cast.robot.motors import Motors, delay_line, fill
-from wam_cast.robot.noise import TorqueNoise, executed_cast, swing_at_start
-from wam_cast.robot.plant import HOOK, fill_plant, hanging_positions, make_arm_plant, starting_posture
+from wam_cast.robot.noise import TorqueNoise
+from wam_cast.robot.plant import HOOK, fill_plant, hanging_positions
 from wam_cast.robot.station_state import StationState
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array, Position, checks_types
@@ -131,9 +133,8 @@ class CastStation:
         self._add_plant(builder, has_scene, has_ball)
         self._torque_noise: TorqueNoise | None = None
         self._delay: LinearSystem | None = None
-        self._arm_plant = make_arm_plant(self.belief)
         # The robot goes to where its encoders read the starting posture.
-        self._q_start = starting_posture(self._arm_plant, self.belief) - scenario.arm.encoder_offset
+        self._q_start = starting_posture(self.belief) - scenario.arm.encoder_offset
         self.plant.SetDefaultPositions(hanging_positions(self.plant, self._q_start))
         self.controller: LeafSystem = add_system(builder, "controller", controller)
         self.motors = add_system(builder, "motors", Motors(self.plant, scenario.arm))
@@ -293,7 +294,7 @@ class CastStation:
 
     def check_bearing(self, bearing: float, *, is_first: bool) -> None:
         """Raise `.InputError` if joint 1 cannot turn to `bearing` [rad], or the controller start a cast at home alone."""
-        starting_posture(self._arm_plant, self.belief, bearing)
+        starting_posture(self.belief, bearing)
         if not is_first and not self._is_told_places:
             raise InputError(
                 f"controller {type(self.controller).__name__}: cannot go from cup to cup, since its set_cast takes no "

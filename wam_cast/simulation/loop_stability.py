@@ -11,9 +11,10 @@ from pydrake.multibody.plant import MultibodyPlant
 from scipy.linalg import expm
 
 from wam_cast.arm.arm_model import arm_model
+from wam_cast.arm.posture import starting_posture
 from wam_cast.errors import InputError
 from wam_cast.robot.controller import MeasuredArm
-from wam_cast.robot.plant import N_ARM, joint_damping, make_arm_plant, starting_posture
+from wam_cast.robot.plant import N_ARM, joint_damping, make_arm_plant
 from wam_cast.scenario import Controller, Scenario
 from wam_cast.types import Array
 
@@ -127,7 +128,7 @@ def _feedback(robot: Scenario, believed: MeasuredArm, q: Array) -> Array:
 def _corner_postures(belief: Scenario, believed: MeasuredArm) -> list[Array]:
     """Return the arm's postures with the hand near and far, high and low: there its posture's springs are least bent."""
     motion = belief.motion
-    q_start = starting_posture(believed.plant, belief)
+    q_start = starting_posture(belief)
     weight = np.maximum(belief.controller.posture_stiffness, 1e-3)
     near, far = motion.start_radius, motion.start_radius + belief.bounds.distance[1]
     high, low = motion.start_height, motion.start_height - motion.drop_distance

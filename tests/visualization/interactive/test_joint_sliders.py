@@ -7,8 +7,9 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
+from wam_cast.arm.posture import starting_posture
 from wam_cast.errors import InputError
-from wam_cast.robot.plant import make_arm_plant, starting_posture
+from wam_cast.robot.plant import make_arm_plant
 from wam_cast.scenario import Scenario
 from wam_cast.visualization.interactive.joint_sliders import STEP, JointSliders
 from wam_cast.visualization.viewer import open_meshcat
@@ -48,7 +49,7 @@ def hand_pose(arm, q):
 
 
 def test_robot_starts_as_a_cast_does(sliders, meshcat, arm):
-    start = starting_posture(arm, SCENARIO)
+    start = starting_posture(SCENARIO)
     np.testing.assert_allclose(sliders.q_arm, start, atol=STEP)
     np.testing.assert_allclose(pose_in(meshcat, "/frames/E"), hand_pose(arm, sliders.q_arm), atol=1e-12)
 

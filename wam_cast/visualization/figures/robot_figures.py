@@ -11,8 +11,9 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from wam_cast.arm.arm_model import arm_model
+from wam_cast.arm.posture import starting_posture
 from wam_cast.casting_plane import from_casting_plane, to_polar
-from wam_cast.robot.plant import N_ARM, make_arm_plant, starting_posture
+from wam_cast.robot.plant import N_ARM
 from wam_cast.scenario import Cup, Scenario
 from wam_cast.types import Array, Position
 from wam_cast.visualization.camera import Camera, view_rotation
@@ -151,7 +152,7 @@ def render_set_up(scenario: Scenario, cup: Position) -> SetUpView:
     """Render the arm in its starting posture, the ball hanging, and a cup at world (x, y) [m], off screen."""
     distance, bearing = to_polar(cup)
     scene = CastScene(scenario, cup, light_bearing=bearing)
-    scene.set_posture(starting_posture(make_arm_plant(scenario), scenario, bearing))
+    scene.set_posture(starting_posture(scenario, bearing))
     parts = _parts(scenario, distance, bearing) | {"WAM arm": scene.position("link2")}
     dimensions = _dimensions(scenario, distance, bearing)
     room = [_in_world(along, 0.0, bearing) for along in (-0.34, distance + _foot_radius(scenario.cup) + 0.06)]

@@ -9,11 +9,11 @@ from pydrake.geometry import Cylinder, MeshcatAnimation, Rgba
 from pydrake.math import RigidTransform, RotationMatrix
 
 from wam_cast.arm.arm_model import arm_model
+from wam_cast.arm.posture import starting_posture
 from wam_cast.cast import Cast
 from wam_cast.motion.stages import Stage
 from wam_cast.planning.landing_distribution import LandingStd
 from wam_cast.robot.drake_types import translation
-from wam_cast.robot.plant import make_arm_plant, starting_posture
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.recording import CastRecording
 from wam_cast.types import Array, Position
@@ -69,7 +69,7 @@ class ExplorerView:
         self.scenario = scenario
         self.meshcat = keep(open_meshcat())
         self._scene = CastScene(scenario, None, meshcat=self.meshcat, frame_rate=FRAME_RATE)
-        self._q_start = starting_posture(make_arm_plant(scenario), scenario)
+        self._q_start = starting_posture(scenario)
         self._hand_way: float | None = None
         self._ring: LandingStd | None = None
         self._replays = False

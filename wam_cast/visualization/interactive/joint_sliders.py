@@ -11,7 +11,8 @@ from collections.abc import Mapping
 import numpy as np
 from pydrake.geometry import Meshcat
 
-from wam_cast.robot.plant import N_ARM, make_arm_plant, starting_posture
+from wam_cast.arm.posture import starting_posture
+from wam_cast.robot.plant import N_ARM, make_arm_plant
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array
 from wam_cast.visualization.figures.robot_figures import AXIS_COLORS, AXIS_LENGTH, room_of
@@ -51,7 +52,7 @@ class JointSliders:
                 draw_tube(meshcat, f"/frames/{letter}/{name}", np.array([0 * axis, axis]), TUBE_RADIUS, color)
         arm = make_arm_plant(scenario)
         limits = arm.GetPositionLowerLimits(), arm.GetPositionUpperLimits()
-        start = starting_posture(arm, scenario)
+        start = starting_posture(scenario)
         self._names = [f"joint {number} [rad]" for number in range(1, N_ARM + 1)]
         for name, low, high, value in zip(self._names, *limits, start, strict=True):
             meshcat.AddSlider(name, low, high, STEP, value)

@@ -63,6 +63,11 @@ def torque_deviates(noise_seed: int, sample: int) -> Array:
     return np.asarray(_torque_chunk(noise_seed, chunk)[row])
 
 
+def first_torque_deviates(noise_seed: int, n_chunks: int) -> Array:
+    """Return those of the first control periods, shape (`n_chunks` * `.CHUNK`, 7)."""
+    return np.concatenate([_torque_chunk(noise_seed, chunk) for chunk in range(n_chunks)])
+
+
 @lru_cache(maxsize=16)
 def _torque_chunk(noise_seed: int, chunk: int) -> Array:
     deviates = random_stream(noise_seed, Source.TORQUE, chunk).standard_normal((CHUNK, N_JOINTS))

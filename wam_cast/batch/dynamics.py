@@ -182,7 +182,9 @@ def string_bodies(string: StringNumbers, R_WE: Matrix, omega: Vector, hook: Vect
     return jax.lax.scan(outward, (R_WHook, omega, hook), links)[1]
 
 
-def _inward(below: Articulated, bodies: Body, torque: Any, mass: Any, rotor_inertia: Any) -> tuple[Articulated, Reduced]:
+def _inward(
+    below: Articulated, bodies: Body, torque: Any, mass: Any, rotor_inertia: Any
+) -> tuple[Articulated, Reduced]:
     """Return the inertia at the first body's joint, and what the joints do, of bodies on which `below` hangs."""
 
     def inward(below: Articulated, of_body: Any) -> tuple[Articulated, Reduced]:

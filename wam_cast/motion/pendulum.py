@@ -42,6 +42,15 @@ def string_matrices(scenario: Scenario) -> tuple[Array, Array, Array]:
     return inertia, damping, stiffness
 
 
+@lru_cache(maxsize=64)
+def fastest_swing(scenario: Scenario) -> float:
+    """Return the largest absolute eigenvalue [1/s] of small swings below a hook at rest, with damping."""
+    inertia, damping, stiffness = string_matrices(scenario)
+    n = len(inertia)
+    lower = -np.linalg.solve(inertia, np.hstack([stiffness, damping]))
+    return float(np.abs(np.linalg.eigvals(np.vstack([np.eye(n, 2 * n, n), lower]))).max())
+
+
 class Pendulum(NamedTuple):
     """A point mass on a massless string of a length [m], under gravity [m/s^2]."""
 

@@ -1,0 +1,302 @@
+"""simulate_batch: casts in, a row of a dataset for each out, in chunks, on whichever device JAX has."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, Literal, NamedTuple, get_args
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike, NDArray
+
+from wam_cast.batch.flight import SLACK_MARGIN, Flight, Settings, fly
+from wam_cast.batch.landing import Landing, landing
+from wam_cast.batch.numbers import CastNumbers, numbers, stacked
+from wam_cast.cast import PARAMETERS, Cast
+from wam_cast.errors import InputError, checked_integer, quoted
+from wam_cast.motion.pendulum import fastest_swing
+from wam_cast.noise import CHUNK, first_torque_deviates
+from wam_cast.scenario import Scenario
+from wam_cast.storage.casts_part import SCHEMA, STATUSES
+from wam_cast.types import Array
+
+Precision = Literal["float64", "float32"]
+
+CHUNKS = {"cpu": 64}
+"""Casts that are simulated at once, by JAX's platform: as many as keep their numbers in a processor's cache."""
+
+GPU_CHUNK = 8192
+"""On any other: about a gigabyte."""
+
+FEW = 8
+"""So many casts or fewer are simulated at once in place of a chunk."""
+
+STABLE_STEP = 2.0
+"""Product of the string's fastest rate and a step up to which the method is stable, with a margin for a string that is pulled."""
+
+FINER = 8
+"""By how many times shorter steps a cast that diverged is simulated again."""
+
+MOST_STEPS = 200
+"""In a control period, of a cast that is simulated at all."""
+
+
+class Told(NamedTuple):
+    """What is told of casts; arrays over casts."""
+
+    landing: Landing
+    has_landed: Any
+    is_slack: Any
+    has_diverged: Any
+    slack: Any
+    torque: Any
+    velocity: Any
+    meets_limit: Any
+    tracking_error: Any
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """Casts that are simulated at once, and how."""
+
+    numbers: CastNumbers
+    deviates: Array
+    n_steps: int
+    settings: Settings
+    precision: Precision
+
+    def run(self) -> Told:
+        """Return what is told of them, as numpy arrays."""
+        with double(self.precision):
+            told = compiled(self.settings)(*self.arguments)
+            return Told(*jax.tree.map(np.asarray, told))
+
+    @property
+    def arguments(self) -> tuple[Any, Any, int]:
+        """What a compiled function is called with."""
+        as_given = jax.tree.map(lambda values: in_precision(values, self.precision), self.numbers)
+        return as_given, in_precision(self.deviates, self.precision), self.n_steps
+
+
+def double(precision: Precision) -> AbstractContextManager[None]:
+    """Return the context in which JAX computes with a precision; what the caller's own code has stays."""
+    context: AbstractContextManager[None] = jax.enable_x64(precision == "float64")
+    return context
+
+
+def in_precision(values: Any, precision: Precision) -> Any:
+    """Return numbers as they are computed with; integers stay."""
+    return values.astype(precision) if values.dtype.kind == "f" else values
+
+
+@lru_cache(maxsize=16)
+def compiled(settings: Settings) -> Any:
+    """Return the function that simulates casts, which JAX compiles when its arguments have new shapes."""
+    return jax.jit(lambda numbers, deviates, n_steps: tell(numbers, deviates, n_steps, settings))
+
+
+def tell(numbers: CastNumbers, deviates: Any, n_steps: Any, settings: Settings) -> Told:
+    """Return what is told of casts."""
+    flight = fly(numbers, deviates, n_steps, settings)
+    found = landing(numbers, flight)
+    has_landed = (flight.down_sample >= 0) & flight.has_crossed & ~flight.has_diverged
+    return Told(
+        landing=found,
+        has_landed=has_landed,
+        is_slack=found.slack > SLACK_MARGIN * numbers.target.string_length,
+        has_diverged=flight.has_diverged,
+        slack=jnp.minimum(flight.slack, found.slack),
+        torque=jnp.minimum(flight.peaks.torque, 1.0),
+        velocity=flight.peaks.velocity,
+        meets_limit=_meets_limit(flight),
+        tracking_error=flight.tracking_error,
+    )
+
+
+def _meets_limit(flight: Flight) -> Any:
+    tolerance = 1e-9 if flight.q.dtype == jnp.float64 else 1e-6
+    peaks = jax.tree.map(jnp.maximum, flight.peaks, flight.beyond)
+    return peaks.is_outside | (peaks.torque > 1 - tolerance) | (peaks.velocity > 1)
+
+
+def simulate_batch(
+    scenario: Scenario | Sequence[Scenario],
+    casts: ArrayLike,
+    noise_seeds: Sequence[int] | NDArray[np.integer[Any]] | None = None,
+    precision: Precision = "float64",
+    *,
+    belief: Scenario | None = None,
+) -> pd.DataFrame:
+    """Simulate the contact-free phase of many casts at once: `simulate_cast` without a cup, by a second engine.
+
+    It has the same physics and the same law, and integrates in equal steps: landings are those of Drake to about 1e-4 mm, in single
+    precision to 1e-3 mm. What has a scenario's shape (string links, delays) is compiled anew, which takes some ten seconds.
+    The loop of the controller is not checked: where `simulate_cast` refuses gains, casts here meet limits or diverge.
+
+    Parameters
+    ----------
+    scenario
+        What is cast with: one scenario, or one for each cast, all with as many links in the string.
+    casts
+        `[distance, speed, wait]` or `[distance, speed, wait, bearing]` [m, m/s, s, rad], shape (n, 3) or (n, 4).
+    noise_seeds
+        Draw the noise of each cast, n integers from 0 on; the same seed gives the same cast as `simulate_cast`. By default all 0.
+    precision
+        `"float64"` or `"float32"`.
+    belief
+        The robot as its controller knows it, as for `simulate_cast`; by default each cast's own scenario.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row a cast, in order, with the columns of `.CastDataset.frame`.
+
+    Raises
+    ------
+    InputError
+        If an argument is not as described, a cast is none, or the arm cannot turn to a bearing.
+    """
+    if precision not in get_args(Precision):
+        raise InputError(f"precision = {quoted(precision)} must be float64 or float32")
+    made = checked_casts(casts)
+    scenarios = checked_scenarios(scenario, len(made))
+    seeds = checked_seeds(noise_seeds, len(made))
+    if not made:
+        return _frame(made, [])
+    rows = [numbers(s, c, k, belief) for s, c, k in zip(scenarios, made, seeds, strict=True)]
+    told = _simulated(rows, scenarios, seeds, [n_steps(s) for s in scenarios], precision)
+    return _frame(made, told)
+
+
+def checked_casts(casts: ArrayLike) -> list[Cast]:
+    """Return the casts of an array. Raises `.InputError`."""
+    try:
+        values = np.asarray(casts, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"casts = {quoted(casts)} must be numbers, an array of shape (n, 3) or (n, 4)") from None
+    if values.size == 0:
+        return []
+    if values.ndim != 2 or values.shape[1] not in (3, 4):
+        raise InputError(
+            f"casts: an array of shape {values.shape}; give [distance, speed, wait] or with the bearing, (n, 3) or (n, 4)"
+        )
+    return [Cast(*(float(value) for value in row)) for row in values]
+
+
+def checked_scenarios(scenario: Scenario | Sequence[Scenario], n: int) -> list[Scenario]:
+    """Return a scenario for each of `n` casts. Raises `.InputError`."""
+    scenarios = [scenario] * n if isinstance(scenario, Scenario) else list(scenario)
+    if len(scenarios) != n:
+        raise InputError(f"scenario: {len(scenarios)} scenarios for {n} casts; give one, or one for each cast")
+    for one in scenarios:
+        if not isinstance(one, Scenario):
+            raise InputError(f"scenario = {quoted(one)} must be a Scenario")
+    links = sorted({one.string.n_links for one in scenarios})
+    if len(links) > 1:
+        raise InputError(
+            f"scenario: strings of {', '.join(map(str, links))} links; those of one batch must have the same string.n_links"
+        )
+    return scenarios
+
+
+def checked_seeds(noise_seeds: Any, n: int) -> list[int]:
+    """Return a noise seed for each of `n` casts. Raises `.InputError`."""
+    seeds = [0] * n if noise_seeds is None else list(noise_seeds)
+    if len(seeds) != n:
+        raise InputError(f"noise_seeds: {len(seeds)} seeds for {n} casts; give one for each cast, or none at all")
+    return [checked_integer("noise_seed", seed, 0) for seed in seeds]
+
+
+@lru_cache(maxsize=256)
+def n_steps(scenario: Scenario) -> int:
+    """Return in how many steps a control period is integrated. Raises `.InputError` if they are too many."""
+    longest = min(scenario.simulation.max_step, STABLE_STEP / fastest_swing(scenario))
+    needed = math.ceil(scenario.controller.period / longest - 1e-9)
+    if needed > MOST_STEPS:
+        raise InputError(
+            f"scenario: the string is so stiff or so damped that a control period takes {needed} integration steps, {MOST_STEPS} are "
+            "allowed; simulate it with Drake, whose implicit method takes it, or choose fewer string.n_links or less damping"
+        )
+    return max(needed, 1)
+
+
+def _simulated(
+    rows: list[CastNumbers], scenarios: list[Scenario], seeds: list[int], steps: list[int], precision: Precision
+) -> list[Told]:
+    """Return what is told of each cast, in order: chunks of casts that take about as long, the diverged ones once more."""
+    settings = Settings(
+        delay=max(scenario.controller.delay for scenario in scenarios),
+        has_turns=any(row.motion.turn_duration > 0 for row in rows),
+        has_torque_noise=any(scenario.noise.torque > 0 for scenario in scenarios),
+    )
+    told: list[Any] = [None] * len(rows)
+
+    def simulate(which: list[int], finer: int = 1) -> None:
+        size = FEW if len(rows) <= FEW else CHUNKS.get(jax.default_backend(), GPU_CHUNK)
+        order = sorted(which, key=lambda i: (steps[i], _n_samples(rows[i])))
+        for first in range(0, len(order), size):
+            of_chunk = order[first : first + size]
+            padded = of_chunk + of_chunk[-1:] * (size - len(of_chunk))
+            chunk = Chunk(
+                numbers=stacked([rows[i] for i in padded], is_one=len(set(map(id, scenarios))) == 1),
+                deviates=_deviates([rows[i] for i in padded], [seeds[i] for i in padded], settings),
+                n_steps=finer * max(steps[i] for i in of_chunk),
+                settings=settings,
+                precision=precision,
+            )
+            found = chunk.run()
+            for k, i in enumerate(of_chunk):
+                told[i] = jax.tree.map(lambda values, k=k: values[k], found)
+
+    simulate(list(range(len(rows))))
+    again = [i for i, one in enumerate(told) if one.has_diverged]
+    if again:
+        simulate(again, FINER)
+    return told
+
+
+def _n_samples(row: CastNumbers) -> int:
+    """Return how many control periods a cast may last."""
+    m = row.motion
+    duration = m.turn_duration + m.move_duration + m.wait + m.drop_duration + m.hold_duration
+    return int(duration / row.law.period) + 1
+
+
+def _deviates(rows: list[CastNumbers], seeds: list[int], settings: Settings) -> Array:
+    """Return the deviates of the torque noise, (n_samples, 7, n), for as long as the longest cast lasts and the last poll after it."""
+    if not settings.has_torque_noise:
+        return np.zeros((1, 1, 1))
+    n_chunks = math.ceil((max(map(_n_samples, rows)) + 20) / CHUNK)
+    return np.stack([first_torque_deviates(seed, n_chunks) for seed in seeds], axis=-1)
+
+
+def _frame(casts: list[Cast], told: list[Told]) -> pd.DataFrame:
+    """Return a dataset's columns."""
+    commands = np.array([cast.to_array() for cast in casts]).reshape(-1, 3)
+    columns: dict[str, Any] = {"cast": np.arange(len(casts))} | dict(zip(PARAMETERS, commands.T, strict=True))
+    if told:
+        all_told = jax.tree.map(lambda *of_casts: np.array(of_casts), *told)
+        has_landed, found = all_told.has_landed, all_told.landing
+        landings = found._asdict() | {"slack": all_told.slack}
+        columns |= {
+            f"landing_{name}" if name in ("along", "across") else name: np.where(has_landed, of, np.nan)
+            for name, of in landings.items()
+        }
+        which = np.select([all_told.has_diverged, all_told.meets_limit, ~has_landed], [3, 2, 1], 0)
+        columns |= {
+            "status": np.array(STATUSES)[which],
+            "is_slack": has_landed & all_told.is_slack,
+            "peak_torque_utilization": all_told.torque,
+            "peak_velocity_utilization": all_told.velocity,
+            "peak_tracking_error": all_told.tracking_error,
+        }
+    types = {field.name: field.type.to_pandas_dtype() for field in SCHEMA}
+    return pd.DataFrame(columns, columns=SCHEMA.names).astype(
+        {name: of for name, of in types.items() if name != "status"}
+    )

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Literal, NamedTuple, get_args
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -15,18 +15,17 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from wam_cast.batch.flight import SLACK_MARGIN, Flight, Settings, fly
+from wam_cast.batch.arguments import Precision, checked_casts, checked_precision, checked_scenarios, checked_seeds
+from wam_cast.batch.flight import POLL_PERIODS, SLACK_MARGIN, Flight, Settings, fly
 from wam_cast.batch.landing import Landing, landing
 from wam_cast.batch.numbers import CastNumbers, numbers, stacked
 from wam_cast.cast import PARAMETERS, Cast
-from wam_cast.errors import InputError, checked_integer, quoted
+from wam_cast.errors import InputError
 from wam_cast.motion.pendulum import fastest_swing
 from wam_cast.noise import CHUNK, first_torque_deviates
 from wam_cast.scenario import Scenario
 from wam_cast.storage.casts_part import SCHEMA, STATUSES
 from wam_cast.types import Array
-
-Precision = Literal["float64", "float32"]
 
 CHUNKS = {"cpu": 64}
 """Casts that are simulated at once, by JAX's platform: as many as keep their numbers in a processor's cache."""
@@ -70,6 +69,11 @@ class Chunk:
     n_steps: int
     settings: Settings
     precision: Precision
+
+    @property
+    def size(self) -> int:
+        """How many there are."""
+        return len(self.numbers.motion.distance)
 
     def run(self) -> Told:
         """Return what is told of them, as numpy arrays."""
@@ -162,55 +166,13 @@ def simulate_batch(
     InputError
         If an argument is not as described, a cast is none, or the arm cannot turn to a bearing.
     """
-    if precision not in get_args(Precision):
-        raise InputError(f"precision = {quoted(precision)} must be float64 or float32")
+    checked_precision(precision)
     made = checked_casts(casts)
     scenarios = checked_scenarios(scenario, len(made))
     seeds = checked_seeds(noise_seeds, len(made))
     if not made:
         return _frame(made, [])
-    rows = [numbers(s, c, k, belief) for s, c, k in zip(scenarios, made, seeds, strict=True)]
-    told = _simulated(rows, scenarios, seeds, [n_steps(s) for s in scenarios], precision)
-    return _frame(made, told)
-
-
-def checked_casts(casts: ArrayLike) -> list[Cast]:
-    """Return the casts of an array. Raises `.InputError`."""
-    try:
-        values = np.asarray(casts, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"casts = {quoted(casts)} must be numbers, an array of shape (n, 3) or (n, 4)") from None
-    if values.size == 0:
-        return []
-    if values.ndim != 2 or values.shape[1] not in (3, 4):
-        raise InputError(
-            f"casts: an array of shape {values.shape}; give [distance, speed, wait] or with the bearing, (n, 3) or (n, 4)"
-        )
-    return [Cast(*(float(value) for value in row)) for row in values]
-
-
-def checked_scenarios(scenario: Scenario | Sequence[Scenario], n: int) -> list[Scenario]:
-    """Return a scenario for each of `n` casts. Raises `.InputError`."""
-    scenarios = [scenario] * n if isinstance(scenario, Scenario) else list(scenario)
-    if len(scenarios) != n:
-        raise InputError(f"scenario: {len(scenarios)} scenarios for {n} casts; give one, or one for each cast")
-    for one in scenarios:
-        if not isinstance(one, Scenario):
-            raise InputError(f"scenario = {quoted(one)} must be a Scenario")
-    links = sorted({one.string.n_links for one in scenarios})
-    if len(links) > 1:
-        raise InputError(
-            f"scenario: strings of {', '.join(map(str, links))} links; those of one batch must have the same string.n_links"
-        )
-    return scenarios
-
-
-def checked_seeds(noise_seeds: Any, n: int) -> list[int]:
-    """Return a noise seed for each of `n` casts. Raises `.InputError`."""
-    seeds = [0] * n if noise_seeds is None else list(noise_seeds)
-    if len(seeds) != n:
-        raise InputError(f"noise_seeds: {len(seeds)} seeds for {n} casts; give one for each cast, or none at all")
-    return [checked_integer("noise_seed", seed, 0) for seed in seeds]
+    return _frame(made, _simulated(Batch.of(scenarios, made, seeds, precision, belief)))
 
 
 @lru_cache(maxsize=256)
@@ -226,38 +188,81 @@ def n_steps(scenario: Scenario) -> int:
     return max(needed, 1)
 
 
-def _simulated(
-    rows: list[CastNumbers], scenarios: list[Scenario], seeds: list[int], steps: list[int], precision: Precision
-) -> list[Told]:
-    """Return what is told of each cast, in order: chunks of casts that take about as long, the diverged ones once more."""
-    settings = Settings(
-        delay=max(scenario.controller.delay for scenario in scenarios),
-        has_turns=any(row.motion.turn_duration > 0 for row in rows),
-        has_torque_noise=any(scenario.noise.torque > 0 for scenario in scenarios),
-    )
-    told: list[Any] = [None] * len(rows)
+@dataclass(frozen=True)
+class Batch:
+    """Casts that are simulated by one compiled function.
 
-    def simulate(which: list[int], finer: int = 1) -> None:
-        size = FEW if len(rows) <= FEW else CHUNKS.get(jax.default_backend(), GPU_CHUNK)
-        order = sorted(which, key=lambda i: (steps[i], _n_samples(rows[i])))
+    Attributes
+    ----------
+    rows
+        Their numbers.
+    seeds, steps
+        The noise seed of each, and in how many steps its control period is integrated.
+    settings, precision
+        What the function is compiled for.
+    has_one_scenario
+        Whether they are all of one.
+    """
+
+    rows: list[CastNumbers]
+    seeds: list[int]
+    steps: list[int]
+    settings: Settings
+    precision: Precision
+    has_one_scenario: bool
+
+    @classmethod
+    def of(
+        cls,
+        scenarios: list[Scenario],
+        casts: list[Cast],
+        seeds: list[int],
+        precision: Precision,
+        belief: Scenario | None,
+    ) -> Batch:
+        """Return the batch of casts, each of a scenario."""
+        rows = [numbers(s, c, k, belief) for s, c, k in zip(scenarios, casts, seeds, strict=True)]
+        settings = Settings(
+            delay=max(scenario.controller.delay for scenario in scenarios),
+            has_turns=any(row.motion.turn_duration > 0 for row in rows),
+            has_torque_noise=any(scenario.noise.torque > 0 for scenario in scenarios),
+        )
+        return cls(rows, seeds, [n_steps(s) for s in scenarios], settings, precision, len(set(map(id, scenarios))) == 1)
+
+    def chunks(self, which: list[int] | None = None, *, finer: int = 1) -> Iterator[tuple[list[int], Chunk]]:
+        """Yield those of the casts in chunks that take about as long, and which they are; the last ones fill a chunk up."""
+        size = FEW if len(self.rows) <= FEW else CHUNKS.get(jax.default_backend(), GPU_CHUNK)
+        order = range(len(self.rows)) if which is None else which
+        order = sorted(order, key=lambda i: (self.steps[i], _n_samples(self.rows[i])))
         for first in range(0, len(order), size):
             of_chunk = order[first : first + size]
             padded = of_chunk + of_chunk[-1:] * (size - len(of_chunk))
-            chunk = Chunk(
-                numbers=stacked([rows[i] for i in padded], is_one=len(set(map(id, scenarios))) == 1),
-                deviates=_deviates([rows[i] for i in padded], [seeds[i] for i in padded], settings),
-                n_steps=finer * max(steps[i] for i in of_chunk),
-                settings=settings,
-                precision=precision,
-            )
+            yield of_chunk, self.chunk(padded, finer * max(self.steps[i] for i in of_chunk))
+
+    def chunk(self, which: list[int], n_steps: int) -> Chunk:
+        """Return those of the casts, to be integrated in `n_steps` a control period."""
+        rows = [self.rows[i] for i in which]
+        n_samples = max(map(_n_samples, rows)) + POLL_PERIODS
+        deviates = np.zeros((1, 1, 1))
+        if self.settings.has_torque_noise:
+            n_drawn = math.ceil(n_samples / CHUNK)
+            deviates = np.stack([first_torque_deviates(self.seeds[i], n_drawn) for i in which], axis=-1)
+        stack = stacked(rows, is_one=self.has_one_scenario)
+        return Chunk(stack, deviates, n_steps, self.settings, self.precision)
+
+
+def _simulated(batch: Batch) -> list[Told]:
+    """Return what is told of each cast, in order; those that diverge are simulated once more, in finer steps."""
+    told: list[Any] = [None] * len(batch.rows)
+
+    def simulate(chunks: Iterator[tuple[list[int], Chunk]]) -> None:
+        for which, chunk in chunks:
             found = chunk.run()
-            for k, i in enumerate(of_chunk):
+            for k, i in enumerate(which):
                 told[i] = jax.tree.map(lambda values, k=k: values[k], found)
 
-    simulate(list(range(len(rows))))
-    again = [i for i, one in enumerate(told) if one.has_diverged]
-    if again:
-        simulate(again, FINER)
+    simulate(batch.chunks())
+    simulate(batch.chunks([i for i, one in enumerate(told) if one.has_diverged], finer=FINER))
     return told
 
 
@@ -266,14 +271,6 @@ def _n_samples(row: CastNumbers) -> int:
     m = row.motion
     duration = m.turn_duration + m.move_duration + m.wait + m.drop_duration + m.hold_duration
     return int(duration / row.law.period) + 1
-
-
-def _deviates(rows: list[CastNumbers], seeds: list[int], settings: Settings) -> Array:
-    """Return the deviates of the torque noise, (n_samples, 7, n), for as long as the longest cast lasts and the last poll after it."""
-    if not settings.has_torque_noise:
-        return np.zeros((1, 1, 1))
-    n_chunks = math.ceil((max(map(_n_samples, rows)) + 20) / CHUNK)
-    return np.stack([first_torque_deviates(seed, n_chunks) for seed in seeds], axis=-1)
 
 
 def _frame(casts: list[Cast], told: list[Told]) -> pd.DataFrame:

@@ -266,7 +266,9 @@ def _integrate(numbers: CastNumbers, q: Any, v: Any, torque: Any, n_steps: Any) 
         q, v, q_0, v_0, q_sum, v_sum, v_first, a_first = state
         a = accelerations(numbers, q, v, torque)
         # Weights 1/6, 2/3, 1/6; the next stage from x + h/2 k1, then from x - h k1 + 2 h k2.
-        weight, own, first = jnp.array([[1 / 6, 0.5, 0.0], [2 / 3, 2.0, -1.0], [1 / 6, 0.0, 0.0]], q.dtype)[k] * h
+        weight, own, first = (
+            jnp.array([[1 / 6, 0.5, 0.0], [2 / 3, 2.0, -1.0], [1 / 6, 0.0, 0.0]], q.dtype)[k][:, None] * h
+        )
         q_sum, v_sum = q_sum + weight * v, v_sum + weight * a
         v_first, a_first = (jnp.where(k == 0, new, old) for new, old in ((v, v_first), (a, a_first)))
         q_next = q_0 + own * v + first * v_first

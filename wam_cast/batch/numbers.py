@@ -150,6 +150,8 @@ def encoder_resolution(chain: ArmChain, counts: int) -> Numbers:
 def numbers(scenario: Scenario, cast: Cast, noise_seed: int = 0, belief: Scenario | None = None) -> CastNumbers:
     """Return the numbers of one cast, without the last axis."""
     fixed = _of_scenario(scenario, scenario if belief is None else belief)
+    if cast.bearing:
+        starting_posture(belief or scenario, cast.bearing)  # raises if joint 1 cannot turn there
     executed = executed_cast(scenario.noise, cast, noise_seed) if scenario.noise.is_on else cast
     motion = fixed.motion._replace(
         bearing=np.float64(cast.bearing),

@@ -1,0 +1,3 @@
+import pytest
+
+pytest.importorskip("jax", reason="the extra `batch` is not installed")

@@ -1,0 +1,53 @@
+"""What the batched engine refuses, before anything is compiled."""
+
+import numpy as np
+import pytest
+
+from wam_cast.batch.derivatives import batch_derivatives
+from wam_cast.batch.engine import simulate_batch
+from wam_cast.errors import InputError
+from wam_cast.scenario import Scenario
+from wam_cast.storage.casts_part import SCHEMA
+
+CAST = [0.3, 0.6, 0.1]
+STIFF = Scenario.from_dict({"string": {"length": 0.35, "n_links": 40, "bending_damping": 1e-4, "mass": 5e-4}})
+
+
+@pytest.mark.parametrize(
+    ("arguments", "options", "words"),
+    [
+        ((Scenario(), [[0.3, 0.6]]), {}, "shape (1, 2)"),
+        ((Scenario(), CAST), {}, "shape (3,)"),
+        ((Scenario(), "casts"), {}, "must be numbers"),
+        ((Scenario(), [[0.3, np.nan, 0.1]]), {}, "speed = nan is not a finite number"),
+        ((Scenario(), [[-0.3, 0.6, 0.1]]), {}, "must be positive"),
+        (([Scenario()], [CAST, CAST]), {}, "1 scenarios for 2 casts"),
+        ((["scenario"], [CAST]), {}, "must be a Scenario"),
+        (([Scenario(), STIFF], [CAST, CAST]), {}, "strings of 10, 40 links"),
+        ((STIFF, [CAST]), {}, "integration steps"),
+        ((Scenario(), [CAST]), {"noise_seeds": [1, 2]}, "2 seeds for 1 casts"),
+        ((Scenario(), [CAST]), {"noise_seeds": [-1]}, "noise_seed = -1"),
+        ((Scenario(), [CAST]), {"precision": "float16"}, "float64 or float32"),
+        ((Scenario(), [[0.3, 0.6, 0.1, 3.1]]), {}, "joint 1"),
+    ],
+)
+def test_what_cannot_be_simulated_is_refused_in_one_line(arguments, options, words):
+    with pytest.raises(InputError) as refused:
+        simulate_batch(*arguments, **options)
+    assert words in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["nothing", "string", "string.nothing", "string.length[1]", "arm.mass_scale[8]", "arm.mount", "string.n_links", ""],
+)
+def test_what_has_no_derivative_is_refused(name):
+    with pytest.raises(InputError, match="name distance, speed"):
+        batch_derivatives(Scenario(), [CAST], [name])
+
+
+def test_no_casts_have_no_rows_but_all_columns():
+    frame = simulate_batch(Scenario(), np.zeros((0, 3)))
+    assert len(frame) == 0
+    assert list(frame) == SCHEMA.names

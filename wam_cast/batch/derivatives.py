@@ -1,0 +1,149 @@
+"""Derivatives of landings by what casts and scenarios say: exact through the flight, by JAX's forward mode."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any
+
+import jax
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+
+from wam_cast.batch.arguments import checked_casts, checked_seeds
+from wam_cast.batch.engine import Batch, Chunk, double, tell
+from wam_cast.batch.flight import Settings
+from wam_cast.batch.landing import Landing
+from wam_cast.batch.numbers import CastNumbers, numbers, stacked
+from wam_cast.cast import Cast
+from wam_cast.errors import InputError, quoted
+from wam_cast.scenario import Scenario
+
+QUANTITIES = ("landing_along", "landing_across", "crossing_time", "entry_speed", "entry_angle")
+
+RELATIVE_STEP = 1e-5
+"""Of a parameter, over which its effect on a flight's numbers is taken: they are smooth, and almost linear."""
+
+SMALL = 1e-3
+"""Parameters that are smaller count as this."""
+
+OF_THE_CAST = ("distance", "speed", "wait", "bearing")
+PATH = re.compile(r"(\w+)(?:\.(\w+))?(?:\[(\d+)\])?")
+
+
+def batch_derivatives(
+    scenario: Scenario,
+    casts: ArrayLike,
+    parameters: Sequence[str],
+    noise_seeds: Sequence[int] | None = None,
+    *,
+    belief: Scenario | None = None,
+) -> dict[str, pd.DataFrame]:
+    """Return the derivatives of landings, entry and crossing time by numbers of the cast and of the scenario.
+
+    Parameters
+    ----------
+    scenario, casts, noise_seeds, belief
+        As of `.simulate_batch`; one scenario. Where there is no belief, the controller is told of a changed scenario too.
+    parameters
+        `"distance"`, `"speed"`, `"wait"`, `"bearing"`, or a number of the scenario by its name: `"string.length"`, `"gravity"`,
+        `"controller.kp"`; of what is by joint one, from 1 on, or all at once: `"arm.mass_scale[4]"`, `"arm.coulomb_friction"`.
+        What a turn takes is rounded to control periods, and taken as constant.
+
+    Returns
+    -------
+    dict of str to pandas.DataFrame
+        For each parameter the derivatives of `landing_along`, `landing_across` [m], `crossing_time` [s], `entry_speed` [m/s] and
+        `entry_angle` [rad], a row a cast; nan where the ball does not come down.
+
+    Raises
+    ------
+    InputError
+        As of `simulate_batch`, and if a parameter is none.
+    """
+    made = checked_casts(casts)
+    seeds = checked_seeds(noise_seeds, len(made))
+    ways = {name: _direction(scenario, name) for name in parameters}
+    found = {name: np.full((len(made), len(QUANTITIES)), np.nan) for name in parameters}
+    if made:
+        batch = Batch.of([scenario] * len(made), made, seeds, "float64", belief)
+        # Each parameter moves other numbers; with an axis of their own for all of them, one compiled function serves.
+        batch = replace(batch, has_one_scenario=False)
+        for which, chunk in batch.chunks():
+            order = which + which[-1:] * (chunk.size - len(which))
+            for name, change in ways.items():
+                tangent = _tangent(change, [(made[i], seeds[i]) for i in order], belief)
+                found[name][which] = _derivative(chunk, tangent)[: len(which)]
+    return {name: pd.DataFrame(values, columns=QUANTITIES) for name, values in found.items()}
+
+
+Change = Callable[[Cast, float], tuple[Scenario, Cast]]
+
+
+def _direction(scenario: Scenario, name: str) -> tuple[Change, float]:
+    """Return what gives scenario and cast with a parameter changed by so much, and by how much to change it."""
+    if name in OF_THE_CAST:
+        return lambda cast, by: (
+            scenario,
+            replace(cast, **{name: getattr(cast, name) + by}),
+        ), SMALL * RELATIVE_STEP * 1e2
+    match = PATH.fullmatch(name)
+    part, field, joint = match.groups() if match else (None, None, None)
+    holder = getattr(scenario, part, None) if part in type(scenario).model_fields else None
+    if field is None and isinstance(holder, float) and joint is None:
+        return lambda cast, by: (scenario.model_copy(update={part: holder + by}), cast), RELATIVE_STEP * holder
+    value = getattr(holder, field, None) if field in getattr(type(holder), "model_fields", {}) else None
+    n = len(value) if isinstance(value, tuple) else 0
+    is_vector = n > 0 and all(isinstance(one, float) for one in value)
+    if not (is_vector or (isinstance(value, float) and joint is None)) or (joint and not 1 <= int(joint) <= n):
+        raise InputError(
+            f"parameter {quoted(name)}: name {', '.join(OF_THE_CAST)}, or a number of the scenario, such as string.length or "
+            "arm.mass_scale[4]"
+        )
+    moves = [not joint or k == int(joint) for k in range(1, n + 1)]
+    size = max(np.max(np.abs(value)), SMALL) * RELATIVE_STEP
+
+    def changed(cast: Cast, by: float) -> tuple[Scenario, Cast]:
+        new = tuple(one + by * moved for one, moved in zip(value, moves, strict=True)) if is_vector else value + by
+        return scenario.model_copy(update={part: holder.model_copy(update={field: new})}), cast
+
+    return changed, float(size)
+
+
+def _tangent(way: tuple[Change, float], casts: list[tuple[Cast, int]], belief: Scenario | None) -> CastNumbers:
+    """Return the derivative of the casts' numbers along a parameter, by central differences."""
+    change, size = way
+
+    def at(by: float) -> CastNumbers:
+        return stacked([numbers(*change(cast, by), seed, belief) for cast, seed in casts], is_one=False)
+
+    above, below = at(size), at(-size)
+    tangent = jax.tree.map(
+        lambda a, b: (a - b) / (2 * size) if a.dtype.kind == "f" else np.zeros(a.shape, jax.dtypes.float0), above, below
+    )
+    # Rounded to control periods.
+    return tangent._replace(motion=tangent.motion._replace(turn_duration=0 * above.motion.turn_duration))
+
+
+def _derivative(chunk: Chunk, tangent: CastNumbers) -> Any:
+    """Return the derivatives of `QUANTITIES`, (n, 5); nan of casts that do not land."""
+    with double("float64"):
+        values, deviates, n_steps = chunk.arguments
+        derivatives, has_landed = _compiled(chunk.settings)(values, tangent, deviates, n_steps)
+        return np.where(has_landed, np.array(derivatives[: len(QUANTITIES)]), np.nan).T
+
+
+@lru_cache(maxsize=16)
+def _compiled(settings: Settings) -> Any:
+    def derivative(values: CastNumbers, tangent: CastNumbers, deviates: Any, n_steps: Any) -> tuple[Landing, Any]:
+        def landing_of(values: CastNumbers) -> tuple[Landing, Any]:
+            told = tell(values, deviates, n_steps, settings)
+            return told.landing, told.has_landed
+
+        _, derivatives, has_landed = jax.jvp(landing_of, (values,), (tangent,), has_aux=True)
+        return derivatives, has_landed
+
+    return jax.jit(derivative)

@@ -18,7 +18,7 @@ from wam_cast.learning.forward_model import ForwardModel
 from wam_cast.learning.reference import reference_model
 from wam_cast.parallel.workers import Workers
 from wam_cast.scenario import Scenario
-from wam_cast.storage.dataset_directory import current_versions
+from wam_cast.storage.manifest import current_versions
 
 HEADINGS = (
     "without",

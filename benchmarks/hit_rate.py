@@ -33,7 +33,7 @@ from wam_cast.parallel.workers import Workers
 from wam_cast.planning.plan import METHODS, Method, plan_cast
 from wam_cast.planning.reach import Reach
 from wam_cast.scenario import Cup, Noise, Scenario
-from wam_cast.storage.dataset_directory import current_versions
+from wam_cast.storage.manifest import current_versions
 
 KINDS = {"nearly inelastic": 0.25, "lively": 0.6}
 RADII = [radius / 1000 for radius in range(30, 20, -1)]

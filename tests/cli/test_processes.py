@@ -254,29 +254,27 @@ def test_ctrl_c_while_the_parts_are_loaded_is_no_traceback(cli, monkeypatch):
 
 
 AMID_AN_IMPORT = """
-import os, signal, sys
+import _imp, os, signal
 from wam_cast.cli import main, running
 
-class Loading:
-    def find_spec(name, *_):
-        if name == "graphlib":
-            try:
-                os.kill(os.getpid(), signal.SIGINT)
-                [0 for _ in range(10_000)]
-            except BaseException:
-                raise ImportError("what some modules make of it")
-            print("loaded")
+def initialize(module, exec_dynamic=_imp.exec_dynamic):
+    try:
+        os.kill(os.getpid(), signal.SIGINT)
+        [0 for _ in range(10_000)]
+    except BaseException:
+        raise ImportError("what compiled modules make of it")
+    exec_dynamic(module)
+    print("loaded")
 
 def import_later(words):
     try:
-        import graphlib
+        _imp.exec_dynamic = initialize
+        import _lsprof
         while True:
             pass
     finally:
         print("what was finished is told")
 
-sys.meta_path.insert(0, Loading)
-sys.modules.pop("graphlib", None)
 running.run = import_later
 main()
 """

@@ -16,8 +16,8 @@ A_MOMENT = 0.01
 def heard_everywhere() -> Iterator[None]:
     """Let Ctrl-C raise `KeyboardInterrupt` only where it ends the context.
 
-    Amid an import it becomes other errors, and where Python ignores exceptions, as in `__del__`, it gets lost: there it is raised a
-    moment later.
+    Where compiled modules are initialized it becomes other errors, and where Python ignores exceptions, as in `__del__` or where an
+    import is locked, it gets lost: there it is raised a moment later.
     """
     before = [(number, signal.signal(number, _interrupt)) for number in (signal.SIGINT, signal.SIGALRM)]
     report = sys.unraisablehook
@@ -39,12 +39,23 @@ def heard_everywhere() -> Iterator[None]:
 
 
 def _interrupt(_number: int, frame: FrameType | None) -> None:
+    if frame is not None and (_is_import(frame) or _loads_compiled_code(frame)):
+        _try_again()
+    else:
+        raise KeyboardInterrupt
+
+
+def _is_import(frame: FrameType) -> bool:
+    return frame.f_code.co_filename.startswith("<frozen importlib")
+
+
+def _loads_compiled_code(frame: FrameType | None) -> bool:
+    """Return whether a compiled module is being initialized, which may import others."""
     while frame is not None:
-        if frame.f_code.co_filename.startswith("<frozen importlib"):
-            _try_again()
-            return
+        if _is_import(frame) and frame.f_code.co_qualname.startswith("ExtensionFileLoader."):
+            return True
         frame = frame.f_back
-    raise KeyboardInterrupt
+    return False
 
 
 def _try_again() -> None:

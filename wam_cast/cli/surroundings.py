@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from contextlib import chdir
+from importlib import import_module
 from pathlib import Path
 
 
@@ -12,4 +13,4 @@ def ignore_matplotlib_settings() -> None:
     os.environ.update(MATPLOTLIBRC=os.devnull, MPLBACKEND="agg")
     if os.path.lexists("matplotlibrc"):  # in this folder: it looks there first
         with chdir(Path(__file__).parent):
-            import matplotlib as _  # noqa: F401
+            import_module("matplotlib")

@@ -23,7 +23,8 @@ from wam_cast.learning.sampling import row_noise_seed, sample_cast
 from wam_cast.parallel.workers import Workers, run_rows
 from wam_cast.scenario import Scenario
 from wam_cast.storage.casts_part import SCHEMA, PartError, UnreadablePartError, concatenated
-from wam_cast.storage.dataset_directory import MOST_CASTS, DatasetDirectory, part_rows
+from wam_cast.storage.dataset_directory import DatasetDirectory, part_rows
+from wam_cast.storage.manifest import MOST_CASTS
 from wam_cast.types import Array, checks_types
 
 Row = dict[str, Any]
@@ -91,7 +92,7 @@ class CastDataset:
         remedy = "generate a dataset for this scenario"
         if scenario is None:
             try:
-                scenario = Scenario.from_yaml(store.scenario_path)
+                scenario = store.read_scenario(manifest)
             except InputError as error:
                 raise InputError(
                     f"dataset {directory}: {error}; or name the scenario as it is now (--scenario)"

@@ -86,7 +86,7 @@ class WorkDirectory:
 
     def _check_same(self, old: Mapping[str, Any], new: Mapping[str, Any]) -> None:
         """Raise `.InputError` unless what is here, `old`, is what is wanted, `new`."""
-        for key, was, wanted in _differences(old, new):
+        for key, was, wanted in differences(old, new):
             raise InputError(
                 f"{self.path} holds a {self.kind} with another {key} ({quoted(was)}, not {quoted(wanted)}); {ELSEWHERE}"
             )
@@ -142,7 +142,7 @@ def _exists(path: Path) -> bool:
     return True
 
 
-def _differences(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[tuple[str, Any, Any]]:
+def differences(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[tuple[str, Any, Any]]:
     """Yield the name of each value that differs, such as `scenario.ball.mass`, and the two values.
 
     By hand: the paths that a package (`deepdiff`) gives would have to be reworded, which takes as many lines.
@@ -150,6 +150,6 @@ def _differences(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[tup
     for key in {**new, **old}:
         was, wanted = old.get(key), new.get(key)
         if isinstance(was, dict) and isinstance(wanted, dict):
-            yield from ((f"{key}.{inner}", *values) for inner, *values in _differences(was, wanted))
+            yield from ((f"{key}.{inner}", *values) for inner, *values in differences(was, wanted))
         elif was != wanted:
             yield key, was, wanted

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import AbstractContextManager
 from pathlib import Path
+from typing import Any
 
 from matplotlib import rc_context, rc_params_from_file, rcParamsDefault
 
@@ -32,12 +33,12 @@ STYLE_SHEET = Path(__file__).parent / "wam_cast.mplstyle"
 """Of figures that are printed 16 cm wide, and of how all pictures are stored."""
 
 # Without `matplotlib.style`, which reads all style sheets that a user has, and fails if one cannot be read.
-_DEFAULTS = {name: rcParamsDefault[name] for name in rcParamsDefault if name != "backend"}
+_DEFAULTS: dict[Any, Any] = {name: rcParamsDefault[name] for name in rcParamsDefault if name != "backend"}
 
 
 def figure_style() -> AbstractContextManager[None]:
     """Return a context in which figures are made in the style of `STYLE_SHEET`, whatever the user's settings are."""
-    return rc_context(_DEFAULTS | rc_params_from_file(STYLE_SHEET, use_default_template=False))
+    return rc_context(_DEFAULTS | dict(rc_params_from_file(STYLE_SHEET, use_default_template=False)))
 
 
 def picture_style() -> AbstractContextManager[None]:

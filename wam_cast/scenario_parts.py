@@ -29,21 +29,17 @@ def _for_each_joint(value: Any) -> Any:
 T = TypeVar("T")
 ForEachJoint: TypeAlias = Annotated[tuple[T, T, T, T, T, T, T], BeforeValidator(_for_each_joint)]
 
-Scale: TypeAlias = ForEachJoint[Factor]
-"""Factors of the joints 1 to 7, or one for all."""
+Scale: TypeAlias = ForEachJoint[Factor]  # factors of the joints 1 to 7, or one for all
 
 Multiple = Annotated[float, Field(ge=0, le=20)]
-Multiples: TypeAlias = ForEachJoint[Multiple]
-"""The same, 0 among them."""
+Multiples: TypeAlias = ForEachJoint[Multiple]  # the same, 0 among them
 
 Share = Annotated[float, Field(ge=0, le=2)]
-Shares: TypeAlias = ForEachJoint[Share]
-"""The same, from 0 to 2."""
+Shares: TypeAlias = ForEachJoint[Share]  # the same, from 0 to 2
 
 CupOffset = Annotated[float, Field(ge=-0.1, le=0.1)]
 Offset = Annotated[float, Field(ge=-0.2, le=0.2)]
-Offsets: TypeAlias = ForEachJoint[Offset]
-"""Small angles of the joints 1 to 7 [rad], or one for all."""
+Offsets: TypeAlias = ForEachJoint[Offset]  # small angles of the joints 1 to 7 [rad], or one for all
 
 UNSCALED = (1.0,) * 7
 

@@ -2,6 +2,7 @@
 
 import json
 import random
+import shlex
 import shutil
 from concurrent.futures import ThreadPoolExecutor
 
@@ -112,6 +113,44 @@ def test_a_changed_value_of_the_scenario_is_named_with_the_one_before(stored):
 def test_a_dataset_keeps_the_scenario_that_it_was_begun_with(stored):
     make(stored, 4, Scenario.from_dict({"cup": {"inner_radius": 0.04}}))
     assert CastDataset.load(stored).scenario == Scenario()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "[" * 100_000,
+        '{"a":' * 50_000,
+        '{"format": 9, "n_casts": "`rm -rf`", "seed": 0}',
+        '{"format": 9, "n_casts": 3, "seed": "; rm -rf"}',
+        '{"format": 9, "n_casts": 1e400, "seed": true}',
+    ],
+    ids=["lists", "objects", "casts", "seed", "infinite"],
+)
+def test_a_manifest_of_anything_is_one_line_and_no_command(stored, text):
+    (stored / "manifest.json").write_text(text)
+    for use in (CastDataset.load, make):
+        with pytest.raises(InputError, match=r"manifest\.json cannot be used") as error:
+            use(stored)
+        assert "wam-cast" not in str(error.value)
+
+
+def test_the_command_that_finishes_a_dataset_is_quoted_for_a_shell(stored, tmp_path):
+    place = stored.rename(tmp_path / "a $(b) c")
+    (place / "casts" / "part-00000.parquet").unlink()
+    with pytest.raises(InputError) as error:
+        CastDataset.load(place)
+    words = shlex.split(str(error.value).split("`")[1])
+    assert words[-3:] == [f"{place}/scenario.yaml", "--out", str(place)]
+
+
+def test_an_arm_that_python_names_is_found_from_anywhere(stored, tmp_path, monkeypatch):
+    from wam_cast.arm.arm_model import models_directory
+
+    shutil.copytree(models_directory(), tmp_path / "models")
+    monkeypatch.chdir(tmp_path)
+    make(tmp_path / "own", scenario=Scenario.from_dict({"arm": {"urdf": "models/wam7.urdf"}}))
+    monkeypatch.chdir(stored)
+    assert CastDataset.load(tmp_path / "own").scenario.arm.urdf == str((tmp_path / "models" / "wam7.urdf").resolve())
 
 
 def test_the_arm_may_lie_elsewhere(stored, tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor
 from contextlib import closing, nullcontext
@@ -108,9 +109,10 @@ class CastDataset:
         ]
         n_kept = sum(table.num_rows for table in tables)
         if n_kept < manifest.n_casts:
+            words = ["wam-cast", "generate", "--casts", str(manifest.n_casts), "--seed", str(manifest.seed)]
+            command = shlex.join([*words, "--scenario", str(store.scenario_path), "--out", str(directory)])
             raise InputError(
-                f"dataset {directory}: only {n_kept} of its {manifest.n_casts} casts are there; finish it with `wam-cast "
-                f"generate --casts {manifest.n_casts} --seed {manifest.seed} --scenario {store.scenario_path} --out {directory}`"
+                f"dataset {directory}: only {n_kept} of its {manifest.n_casts} casts are there; finish it with `{command}`"
             )
         return cls(scenario, manifest.seed, concatenated(tables).to_pandas(), manifest.controller)
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import json
 import logging
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -148,13 +149,20 @@ class DatasetDirectory(WorkDirectory):
         try:
             values = json.loads(manifest)
             found, n_casts, seed = values["format"], values["n_casts"], values["seed"]
-        except (ValueError, LookupError, TypeError):
+        except (ValueError, LookupError, TypeError, RecursionError):
             return  # no manifest at all: pydantic says what is wrong with it
-        if found != FORMAT:
+        if found != FORMAT and type(n_casts) is type(seed) is int:
             raise InputError(
                 f"dataset {self.path}: of format {quoted(found)}, this version reads {FORMAT}; make it anew with `wam-cast "
                 f"generate --casts {n_casts} --seed {seed} --out DIR`, with its --scenario if it has one"
             )
+
+    def check_not_own(self, file: Path) -> None:
+        """Raise `.InputError` if `file` is one of the dataset's own, which something else would overwrite."""
+        real = Path(os.path.realpath(file))
+        own = {Path(os.path.realpath(path)) for path in (self.identity_path, self.scenario_path, self._casts_path)}
+        if own & {real, real.parent}:
+            raise InputError(f"cannot write {file}: it belongs to the dataset {self.path}; name another file")
 
     def read_parts(
         self, n_casts: int, draw: Callable[[int], Array], *, set_aside: tuple[type[PartError], ...] = ()

@@ -105,7 +105,10 @@ class WorkDirectory:
         """Make what is not there. Raises `.InputError` if the system refuses."""
         with errors_of_writing(self.kind, self.path):
             for folder in folders:
-                folder.mkdir(parents=True, exist_ok=True)
+                try:
+                    folder.mkdir(parents=True, exist_ok=True)
+                except FileExistsError:
+                    raise InputError(f"{folder} is in the way of a folder; move it away, or {ELSEWHERE}") from None
 
     def _write(self, path: Path, content: bytes) -> None:
         """Write a file. Raises `.InputError` if the system refuses."""

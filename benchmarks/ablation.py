@@ -12,13 +12,13 @@ import pandas as pd
 from planners.variants import ablate, summarize
 from rich.console import Console
 from rich.progress import Progress
-from rich.table import Table
 
+from wam_cast.cli.terminal import out, print_table
 from wam_cast.learning.forward_model import ForwardModel
 from wam_cast.learning.reference import reference_model
 from wam_cast.parallel.workers import Workers
 from wam_cast.scenario import Scenario
-from wam_cast.storage.dataset_directory import current_versions
+from wam_cast.storage.manifest import current_versions
 
 HEADINGS = (
     "without",
@@ -73,11 +73,9 @@ def main() -> None:
     nearest, farthest = model.reach
     versions = ", ".join(f"{name} {number}" for name, number in current_versions().items())
     caption = f"{options.cups} random cups from {nearest:.3f} to {farthest:.3f} m, seed {options.seed}; 95 % intervals; {versions}"
-    table = Table(*HEADINGS, caption=caption)
     rows = [cells(str(label), group) for label, group in trials.groupby("label", sort=False)]
-    for row in rows:
-        table.add_row(*row)
-    Console().print(table)
+    print_table(rows, HEADINGS)
+    out.print(caption)
     if options.markdown is not None:
         lines = [HEADINGS, ("---",) * len(HEADINGS), *rows]
         text = "\n".join(f"| {' | '.join(line)} |" for line in lines)

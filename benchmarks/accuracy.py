@@ -9,10 +9,9 @@ import argparse
 
 import numpy as np
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
-from rich.console import Console
-from rich.table import Table
 
 from wam_cast.cast import Cast
+from wam_cast.cli.terminal import out, print_table
 from wam_cast.learning.sampling import sample_cast
 from wam_cast.motion.stages import CastMotion
 from wam_cast.robot.station import CastStation
@@ -57,9 +56,8 @@ def main() -> None:
     differences = [
         1e3 * abs(ours.simulate(cast).landing_along - converged_landing(station, simulator, cast)) for cast in casts
     ]
-    table = Table("median", "P95", "max", title=f"landing, off the converged one, {len(casts)} random casts [mm]")
-    table.add_row(*(f"{value:.4f}" for value in np.percentile(differences, [50, 95, 100])))
-    Console().print(table)
+    out.print(f"landing, off the converged one, {len(casts)} random casts [mm]")
+    print_table([[f"{value:.4f}" for value in np.percentile(differences, [50, 95, 100])]], ["median", "P95", "max"])
 
 
 if __name__ == "__main__":

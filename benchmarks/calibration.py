@@ -17,9 +17,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from rich.console import Console
 from rich.progress import Progress
-from rich.table import Table
 
 from wam_cast.cast import PARAMETERS, cast_bounds
+from wam_cast.cli.terminal import out, print_table
 from wam_cast.experiments.statistics import coverage, rmse, wilson_interval
 from wam_cast.experiments.trials import Thrower, draw_cups, plan_and_execute
 from wam_cast.learning.dataset import generate_dataset
@@ -50,7 +50,7 @@ def main() -> None:
     options = arguments.parse_args()
     if options.picture is not None:
         check_picture(options.picture)
-    model, console = reference_model(), Console()
+    model = reference_model()
     with Workers(options.workers) as workers, Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("casts", total=options.casts)
         data = generate_dataset(
@@ -63,9 +63,9 @@ def main() -> None:
         frame = data.frame.dropna(subset=list(OUTPUTS))
         casts = frame[list(PARAMETERS)].to_numpy(dtype=float)
         residuals = model.predict(casts)[:, 0] - frame["landing_along"].to_numpy(dtype=float)
-        curves = _print_calibration(console, model, casts, residuals)
-        _print_groups(console, residuals, model.uncertainty.std(casts))
-        _print_clear_entries(console, model, options.cups, options.seed, workers)
+        curves = _print_calibration(model, casts, residuals)
+        _print_groups(residuals, model.uncertainty.std(casts))
+        _print_clear_entries(model, options.cups, options.seed, workers)
     if options.picture is not None:
         with figure_style():
             figure = Figure(figsize=(5.2, 3.4), layout="constrained")
@@ -73,54 +73,51 @@ def main() -> None:
             write_figure(figure, options.picture, dpi=150)
 
 
-def _print_calibration(console: Console, model: ForwardModel, casts: Array, residuals: Array) -> dict[str, Array]:
+def _print_calibration(model: ForwardModel, casts: Array, residuals: Array) -> dict[str, Array]:
     """Print the calibration of the posterior alone and of the corrected one; return their coverage."""
     posterior = KernelRidge(
         sigma=model.info.sigma, regularization=model.info.regularization, input_bounds=cast_bounds(model.scenario)
     ).fit(model.training_casts, model.training_outputs[:, 0])
     deviations = {"posterior alone": posterior.predict_std(casts), "corrected": model.uncertainty.std(casts)}
     curves = {name: coverage(residuals, std, SHARES) for name, std in deviations.items()}
-    table = Table(
-        "standard deviation",
-        "expected calibration error",
-        "within 1, 2, 3 standard deviations",
-        "mean negative log likelihood",
-        title=f"{len(casts)} casts; the errors' RMSE is {1e3 * rmse(residuals):.2f} mm",
-    )
+    rows = []
     for name, std in deviations.items():
         normalized = np.abs(residuals) / std
         within = ", ".join(f"{np.mean(normalized <= k):.1%}" for k in (1, 2, 3))
         likelihood = np.mean(normalized**2 / 2 + np.log(std * np.sqrt(2 * np.pi)))
-        table.add_row(name, f"{np.mean(np.abs(curves[name] - SHARES)):.1%}", within, f"{likelihood:.2f}")
-    console.print(table)
+        rows.append((name, f"{np.mean(np.abs(curves[name] - SHARES)):.1%}", within, f"{likelihood:.2f}"))
+    out.print(f"{len(casts)} casts; the errors' RMSE is {1e3 * rmse(residuals):.2f} mm")
+    headings = ["expected calibration error", "within 1, 2, 3 standard deviations", "mean negative log likelihood"]
+    print_table(rows, ["standard deviation", *headings])
     return curves
 
 
-def _print_groups(console: Console, residuals: Array, std: Array) -> None:
-    table = Table("predicted [mm]", "root mean square [mm]", "largest [mm]", title="errors, by predicted deviation")
-    for group in np.array_split(np.argsort(std), N_GROUPS):
-        table.add_row(
+def _print_groups(residuals: Array, std: Array) -> None:
+    rows = [
+        (
             f"{1e3 * np.sqrt(np.mean(std[group] ** 2)):.2f}",
             f"{1e3 * rmse(residuals[group]):.2f}",
             f"{1e3 * np.abs(residuals[group]).max():.1f}",
         )
-    console.print(table)
+        for group in np.array_split(np.argsort(std), N_GROUPS)
+    ]
+    out.print("errors, by predicted deviation")
+    print_table(rows, ["predicted [mm]", "root mean square [mm]", "largest [mm]"])
 
 
-def _print_clear_entries(console: Console, model: ForwardModel, n_cups: int, seed: int, workers: Workers) -> None:
+def _print_clear_entries(model: ForwardModel, n_cups: int, seed: int, workers: Workers) -> None:
     """Print how often balls enter the cup rim-clear with the noise of a typical arm, and how often they are predicted to."""
     scenario = Scenario(noise=Noise.typical())
     bound, cups = model.bound_to(scenario), draw_cups(Reach.of(model), n_cups, seed)
-    table = Table(
-        "planner", "predicted", "executed", "95 % interval", title=f"rim-clear entries, {n_cups} cups, noise on"
-    )
+    rows = []
     throwers = [Thrower(method, method, bound, cups) for method in METHODS]
     trials = plan_and_execute(scenario, throwers, seed=seed, executor=workers)
     for method, group in trials.groupby("label", sort=False):
         low, high = wilson_interval(int(group["entered_rim_clear"].sum()), n_cups)
         predicted, executed = group["rim_clear_probability"].mean(), group["entered_rim_clear"].mean()
-        table.add_row(str(method), f"{predicted:.1%}", f"{executed:.1%}", f"{low:.0%} to {high:.0%}")
-    console.print(table)
+        rows.append((str(method), f"{predicted:.1%}", f"{executed:.1%}", f"{low:.0%} to {high:.0%}"))
+    out.print(f"rim-clear entries, {n_cups} cups, noise on")
+    print_table(rows, ["planner", "predicted", "executed", "95 % interval"])
 
 
 if __name__ == "__main__":

@@ -15,9 +15,9 @@ import math
 import sys
 
 import numpy as np
-from rich.console import Console
 
 from wam_cast.cast import PARAMETERS
+from wam_cast.cli.terminal import out
 from wam_cast.errors import InputError
 from wam_cast.experiments.statistics import rmse
 from wam_cast.learning.dataset import generate_dataset
@@ -77,10 +77,8 @@ def main() -> None:
     arguments.add_argument("--seed", type=int, default=1)
     arguments.add_argument("--workers", type=int, help="default: one for each processor")
     options = arguments.parse_args()
-    console, covered = Console(), []
-    console.print(
-        "seed, string (length, mass, links), ball: RMSE, within 2 std, of the surest third, |z| at 50, 95, 99 %"
-    )
+    covered: list[float] = []
+    out.print("seed, string (length, mass, links), ball: RMSE, within 2 std, of the surest third, |z| at 50, 95, 99 %")
     with Workers(options.workers) as workers:
         for seed in range(options.seed, options.seed + options.scenarios):
             scenario = draw_scenario(seed)
@@ -89,16 +87,16 @@ def main() -> None:
             try:
                 errors, std = errors_of_fresh_casts(scenario, options.casts, options.fresh, workers)
             except InputError as error:
-                console.print(f"{name}: no model: {error}")
+                out.print(f"{name}: no model: {error}")
                 continue
             z = np.abs(errors) / std
             covered.append(float(np.mean(z <= 2)))
             surest = np.mean(z[std <= np.quantile(std, 1 / 3)] <= 2)
             quantiles = " ".join(f"{value:.2f}" for value in np.quantile(z, (0.5, 0.95, 0.99)))
-            console.print(f"{name}: {1e3 * rmse(errors):.2f} mm, {covered[-1]:.1%}, {surest:.0%}, {quantiles}")
+            out.print(f"{name}: {1e3 * rmse(errors):.2f} mm, {covered[-1]:.1%}, {surest:.0%}, {quantiles}")
     if covered:
         n_right = sum(abs(share - 0.95) <= 0.05 for share in covered)
-        console.print(f"{n_right} of {len(covered)} within 90 to 100 %, {np.mean(covered):.1%} on average")
+        out.print(f"{n_right} of {len(covered)} within 90 to 100 %, {np.mean(covered):.1%} on average")
         sys.exit(0 if n_right == len(covered) else 1)
 
 

@@ -16,8 +16,8 @@ from planners.study import N_CASTS, compare_planners
 from planners.table import HEADINGS, caption, table_rows, to_markdown
 from rich.console import Console
 from rich.progress import Progress
-from rich.table import Table
 
+from wam_cast.cli.terminal import out, print_table
 from wam_cast.learning.reference import reference_model
 from wam_cast.parallel.workers import Workers
 from wam_cast.scenario import Noise, Scenario
@@ -45,10 +45,8 @@ def main() -> None:
             executor=workers,
             report=lambda done, n: bar.update(task, completed=done, total=n),
         )
-    table = Table(*HEADINGS, caption=caption(comparison))
-    for cells in table_rows(comparison):
-        table.add_row(*cells)
-    Console().print(table)
+    print_table(table_rows(comparison), HEADINGS)
+    out.print(caption(comparison))
     if options.markdown is not None:
         options.markdown.write_text(to_markdown(comparison), encoding="utf-8")
 

@@ -14,8 +14,8 @@ import argparse
 import numpy as np
 from rich.console import Console
 from rich.progress import track
-from rich.table import Table
 
+from wam_cast.cli.terminal import print_table
 from wam_cast.experiments.statistics import describe, wilson_interval
 from wam_cast.experiments.trials import Thrower, draw_cups, plan_and_execute
 from wam_cast.learning.dataset import CastDataset
@@ -27,6 +27,16 @@ from wam_cast.planning.reach import Reach
 
 N_CASTS = (40, 60, 100, 170, 250, 500, 1000)
 
+HEADINGS = (
+    "casts",
+    "feasible",
+    "caught",
+    "miss: median, P95, max [mm]",
+    "within 2 standard deviations",
+    "95 % interval",
+    "worst",
+)
+
 
 def main() -> None:
     arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -37,15 +47,7 @@ def main() -> None:
     arguments.add_argument("--workers", type=int, help="default: one for each processor")
     options = arguments.parse_args()
     data = reference_dataset()
-    table = Table(
-        "casts",
-        "feasible",
-        "caught",
-        "miss: median, P95, max [mm]",
-        "within 2 standard deviations",
-        "95 % interval",
-        "worst",
-    )
+    rows = []
     with Workers(options.workers) as workers:
         for n in track(options.casts, console=Console(stderr=True), transient=True):
             throwers = []
@@ -61,16 +63,18 @@ def main() -> None:
             normalized = np.abs(trials["along"] - trials["predicted_offset"]) / trials["std_along"]
             held = int((normalized <= 2).sum())
             low, high = wilson_interval(held, len(trials))
-            table.add_row(
-                f"{n}",
-                f"{len(trials)} of {len(planned)}",
-                f"{trials['is_caught'].sum()} of {len(trials)}",
-                ", ".join(f"{1e3 * miss[name]:.1f}" for name in ("median", "p95", "max")),
-                f"{held / len(trials):.0%}",
-                f"{low:.0%} to {high:.0%}",
-                f"{normalized.max():.1f}",
+            rows.append(
+                (
+                    f"{n}",
+                    f"{len(trials)} of {len(planned)}",
+                    f"{trials['is_caught'].sum()} of {len(trials)}",
+                    ", ".join(f"{1e3 * miss[name]:.1f}" for name in ("median", "p95", "max")),
+                    f"{held / len(trials):.0%}",
+                    f"{low:.0%} to {high:.0%}",
+                    f"{normalized.max():.1f}",
+                )
             )
-    Console().print(table)
+    print_table(rows, HEADINGS)
 
 
 if __name__ == "__main__":

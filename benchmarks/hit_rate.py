@@ -20,10 +20,10 @@ from planners.black_box import Search, search_cast
 from planners.contenders import predicted_miss
 from rich.console import Console
 from rich.progress import Progress
-from rich.table import Table
 
 from wam_cast.cast import Cast
 from wam_cast.casting_plane import from_polar
+from wam_cast.cli.terminal import out, print_table
 from wam_cast.experiments.statistics import describe
 from wam_cast.experiments.trials import Polar, Trial, draw_cups, execute, failures, hits
 from wam_cast.learning.forward_model import ForwardModel
@@ -33,7 +33,7 @@ from wam_cast.parallel.workers import Workers
 from wam_cast.planning.plan import METHODS, Method, plan_cast
 from wam_cast.planning.reach import Reach
 from wam_cast.scenario import Cup, Noise, Scenario
-from wam_cast.storage.dataset_directory import current_versions
+from wam_cast.storage.manifest import current_versions
 
 KINDS = {"nearly inelastic": 0.25, "lively": 0.6}
 RADII = [radius / 1000 for radius in range(30, 20, -1)]
@@ -45,6 +45,8 @@ BUDGET = 600
 Throw = Callable[[ForwardModel, str, str], pd.DataFrame]
 Setting = tuple[str, str, Cup]
 """A planner, a kind of cup by name, and that cup."""
+Table = tuple[Sequence[str], Sequence[Sequence[str]]]
+"""Headings and rows."""
 
 
 def main() -> None:
@@ -79,14 +81,14 @@ def main() -> None:
 
         study = _smallest if options.smallest else _rates
         kinds = {f"restitution {value:g}": value for value in options.restitution or ()} or KINDS
-        table = study(model, noise, _settings(options.planner or METHODS, kinds), throw)
+        headings, rows = study(model, noise, _settings(options.planner or METHODS, kinds), throw)
     nearest, farthest = model.reach
     versions = ", ".join(f"{name} {number}" for name, number in current_versions().items())
-    table.caption = (
+    print_table(rows, headings)
+    out.print(
         f"{options.cups} random cups from {nearest:.3f} to {farthest:.3f} m on the {options.region}, noise "
         f"{'on' if options.noise else 'off'}, seed {options.seed}; {versions}"
     )
-    Console().print(table)
 
 
 def _plan(model: ForwardModel, cups: list[Polar], method: str, seed: int) -> list[Trial]:
@@ -108,40 +110,29 @@ def _cast(model: ForwardModel, cup: Polar, method: str, seed: int) -> Cast:
 
 
 def _rates(model: ForwardModel, noise: Noise, settings: Iterable[Setting], throw: Throw) -> Table:
-    table = Table(
-        "planner",
-        "cup",
-        "caught",
-        "95 % interval",
-        "miss: median, P95, max [mm]",
-        "lateral: median, P95, max [mm]",
-        "not caught",
-    )
+    headings = ["planner", "cup", "caught", "95 % interval", "miss: median, P95, max [mm]"]
+    headings += ["lateral: median, P95, max [mm]", "not caught"]
+    rows: list[Sequence[str]] = []
     for method, kind, cup in settings:
         trials = throw(model.bound_to(Scenario(cup=cup, noise=noise)), method, f"{method}, {kind}")
-        table.add_row(
-            method,
-            kind,
-            *_caught(trials),
-            _millimetres(trials["miss"]),
-            _millimetres(trials["lateral"].abs()),
-            _failures(trials),
-        )
-    return table
+        distances = _millimetres(trials["miss"]), _millimetres(trials["lateral"].abs())
+        rows.append((method, kind, *_caught(trials), *distances, _failures(trials)))
+    return headings, rows
 
 
 def _smallest(model: ForwardModel, noise: Noise, settings: Iterable[Setting], throw: Throw) -> Table:
-    table = Table("planner", "cup", "inner radius [mm]", "caught", "95 % interval", "not caught")
+    headings = ["planner", "cup", "inner radius [mm]", "caught", "95 % interval", "not caught"]
+    rows: list[Sequence[str]] = []
     for method, kind, cup in settings:
         for radius in RADII:
             smaller = cup.model_copy(update={"inner_radius": radius})
             trials = throw(
                 model.bound_to(Scenario(cup=smaller, noise=noise)), method, f"{method}, {kind}, {1e3 * radius:g} mm"
             )
-            table.add_row(method, kind, f"{1e3 * radius:g}", *_caught(trials), _failures(trials))
+            rows.append((method, kind, f"{1e3 * radius:g}", *_caught(trials), _failures(trials)))
             if trials["is_caught"].sum() < LEAST_RATE * len(trials):
                 break
-    return table
+    return headings, rows
 
 
 def _settings(methods: Sequence[str], kinds: Mapping[str, float]) -> Iterator[Setting]:

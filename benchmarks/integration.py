@@ -20,9 +20,8 @@ from typing import Any, NamedTuple
 os.environ.update(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1")
 
 import numpy as np
-from rich.console import Console
-from rich.table import Table
 
+from wam_cast.cli.terminal import out, print_table
 from wam_cast.learning.sampling import sample_cast
 from wam_cast.scenario import Scenario
 from wam_cast.simulation import contact_free
@@ -91,11 +90,7 @@ def main() -> None:
     arguments.add_argument("--casts", type=int, default=2)
     arguments.add_argument("--seed", type=int, default=0)
     options = arguments.parse_args()
-    table = Table(title=f"{options.scenarios} random scenarios, {options.casts} casts each")
-    for heading in ("links", "string\n[m]", "string\n[g]", "ball\n[g]", "damping\nx", "K_p\nx", "K_d\nx", "method"):
-        table.add_column(heading, justify="right")
-    for heading in ("kept\nlimits", "diverged", "finer", "largest\n[mm]", "s a cast", "expected"):
-        table.add_column(heading, justify="right")
+    rows = []
     differences: list[float] = []
     totals = np.zeros(3)
     for number in range(options.scenarios):
@@ -117,30 +112,34 @@ def main() -> None:
             sum(a.status is not b.status for a, b in zip(*(r.outcomes for r in (ours, exact)), strict=True)),
         ]
         string, gains, integration = scenario.string, scenario.controller, CastSimulator(scenario).integration
-        table.add_row(
-            f"{string.n_links}",
-            f"{string.length:.2f}",
-            f"{1e3 * string.mass:.1f}",
-            f"{1e3 * scenario.ball.mass:.0f}",
-            f"{string.bending_damping / REFERENCE.string.bending_damping:.2f}",
-            f"{gains.kp / REFERENCE.controller.kp:.2f}",
-            f"{gains.kd / REFERENCE.controller.kd:.2f}",
-            integration.method,
-            f"{len(off)}",
-            *(f"{n}" for n in diverged),
-            f"{max(off):.4f}" if off else "-",
-            f"{ours.seconds:.2f}",
-            f"{integration.expected_seconds:.2f}",
+        rows.append(
+            (
+                f"{string.n_links}",
+                f"{string.length:.2f}",
+                f"{1e3 * string.mass:.1f}",
+                f"{1e3 * scenario.ball.mass:.0f}",
+                f"{string.bending_damping / REFERENCE.string.bending_damping:.2f}",
+                f"{gains.kp / REFERENCE.controller.kp:.2f}",
+                f"{gains.kd / REFERENCE.controller.kd:.2f}",
+                integration.method,
+                f"{len(off)}",
+                *(f"{n}" for n in diverged),
+                f"{max(off):.4f}" if off else "-",
+                f"{ours.seconds:.2f}",
+                f"{integration.expected_seconds:.2f}",
+            )
         )
-    console = Console(width=140)
-    console.print(table)
+    out.print(f"{options.scenarios} random scenarios, {options.casts} casts each")
+    headings = ["links", "string\n[m]", "string\n[g]", "ball\n[g]", "damping\nx", "K_p\nx", "K_d\nx", "method"]
+    headings += ["kept\nlimits", "diverged", "finer", "largest\n[mm]", "s a cast", "expected"]
+    print_table(rows, headings)
     n_casts = options.scenarios * options.casts
-    console.print(
+    out.print(
         f"of {n_casts} casts {totals[0]:.0f} diverged, {totals[1]:.0f} of the finer ones; "
         f"{totals[2]:.0f} end otherwise when they are finer"
     )
     median, p95, largest = np.percentile(differences, [50, 95, 100])
-    console.print(
+    out.print(
         f"landings of {len(differences)} casts, off the finer ones: median {median:.4f}, P95 {p95:.4f}, max {largest:.4f} mm"
     )
 

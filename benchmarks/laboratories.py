@@ -37,7 +37,7 @@ from wam_cast.planning.reach import Reach
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.outcome import Outcome
 from wam_cast.simulation.simulator import CastSimulator, simulate_cast
-from wam_cast.storage.dataset_directory import current_versions
+from wam_cast.storage.manifest import current_versions
 
 Result = dict[str, Any]
 

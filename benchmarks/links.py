@@ -15,11 +15,10 @@ from collections.abc import Sequence
 import numpy as np
 from accuracy import converged_landing
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
-from rich.console import Console
 from rich.progress import track
-from rich.table import Table
 
 from wam_cast.cast import Cast
+from wam_cast.cli.terminal import out, print_table
 from wam_cast.learning.sampling import sample_cast
 from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Scenario
@@ -66,12 +65,12 @@ def main() -> None:
     found = {n: landings(scenarios[n], casts) for n in options.links}
     spent = {n: seconds(scenario, casts[: options.timed]) for n, scenario in scenarios.items()}
 
-    title = f"{len(casts)} random casts (seed {options.seed}), off {options.links[-1]} links [mm]"
-    table = Table("string", "cost of a cast, to the default's", "median", "P95", "max", title=title)
+    rows = []
     for n, along in found.items():
         off = np.percentile(1e3 * np.abs(along - found[options.links[-1]]), [50, 95, 100])
-        table.add_row(f"{n} links", f"{spent[n] / spent[default]:.2g}", *(f"{value:.2f}" for value in off))
-    Console().print(table)
+        rows.append((f"{n} links", f"{spent[n] / spent[default]:.2g}", *(f"{value:.2f}" for value in off)))
+    out.print(f"{len(casts)} random casts (seed {options.seed}), off {options.links[-1]} links [mm]")
+    print_table(rows, ["string", "cost of a cast, to the default's", "median", "P95", "max"])
 
 
 if __name__ == "__main__":

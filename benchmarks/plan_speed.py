@@ -15,9 +15,8 @@ import time
 os.environ.update(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1")
 
 import numpy as np
-from rich.console import Console
-from rich.table import Table
 
+from wam_cast.cli.terminal import out, print_table
 from wam_cast.learning.forward_model import ForwardModel
 from wam_cast.learning.reference import reference_model
 from wam_cast.planning.plan import Method, plan_cast
@@ -47,13 +46,7 @@ def main() -> None:
     model = reference_model().bound_to(Scenario(noise=Noise.typical() if options.noise else Noise()))
     loaded = time.process_time() - start
     planners: list[tuple[Method, Solver | None]] = [("gradient", None), *(("program", name) for name in SOLVERS)]
-    table = Table(
-        "planner",
-        "ms a plan: median, P95, max",
-        "evaluations, median",
-        "of the descent's time",
-        title=f"{options.cups} cups, one core; the model was loaded in {loaded:.1f} s",
-    )
+    rows = []
     descent = np.nan
     for method, solver in planners:
         plan_cast(model, (sum(model.reach) / 2, 0.0), method, solver)
@@ -64,13 +57,16 @@ def main() -> None:
         seconds, evaluations = np.array(pairs).T
         if method == "gradient":
             descent = np.median(seconds)
-        table.add_row(
-            method if solver is None else f"{method}, {solver}",
-            ", ".join(f"{1e3 * value:.1f}" for value in np.percentile(seconds, [50, 95, 100])),
-            f"{np.median(evaluations):g}",
-            f"{np.median(seconds) / descent:.1f}",
+        rows.append(
+            (
+                method if solver is None else f"{method}, {solver}",
+                ", ".join(f"{1e3 * value:.1f}" for value in np.percentile(seconds, [50, 95, 100])),
+                f"{np.median(evaluations):g}",
+                f"{np.median(seconds) / descent:.1f}",
+            )
         )
-    Console().print(table)
+    out.print(f"{options.cups} cups, one core; the model was loaded in {loaded:.1f} s")
+    print_table(rows, ["planner", "ms a plan: median, P95, max", "evaluations, median", "of the descent's time"])
 
 
 if __name__ == "__main__":

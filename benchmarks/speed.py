@@ -17,10 +17,9 @@ from collections.abc import Callable
 os.environ.update(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1")
 
 from pydrake.systems.analysis import Simulator
-from rich.console import Console
-from rich.table import Table
 
 from wam_cast.cast import Cast
+from wam_cast.cli.terminal import out, print_table
 from wam_cast.learning.sampling import sample_cast
 from wam_cast.robot.controller import CastController
 from wam_cast.robot.station import CastStation
@@ -28,9 +27,6 @@ from wam_cast.scenario import Cup, Scenario
 from wam_cast.simulation.contact_free import ACCURACY
 from wam_cast.simulation.integration import EXPLICIT, begin_integration
 from wam_cast.simulation.simulator import CastSimulator
-
-console = Console()
-
 
 N_REPEATS = 3
 
@@ -100,22 +96,20 @@ def main() -> None:
     cups = [(float(outcome.landing[0]), float(outcome.landing[1])) for outcome in outcomes]
     flight_time = sum(outcome.end_time for outcome in outcomes) / len(outcomes)
 
-    table = Table(title=f"{len(casts)} random casts (seed {options.seed}), {flight_time:.2f} s each, one core")
-    for heading in ("cast", "ms a cast", "casts a second", "of a free cast"):
-        table.add_column(heading, justify="left" if heading == "cast" else "right")
     free = mean_seconds(lambda i: simulator.simulate(casts[i]), len(casts))
-    table.add_row("free, up to the landing", f"{1e3 * free:.1f}", f"{1 / free:.1f}", "1.00")
+    rows = [("free, up to the landing", f"{1e3 * free:.1f}", f"{1 / free:.1f}", "1.00")]
     for name, restitution in (("nearly inelastic", 0.25), ("lively", 0.6)):
         with_cup = CastSimulator(Scenario(cup=Cup(restitution=restitution)))
         seconds = mean_seconds(lambda i: with_cup.simulate(casts[i], cups[i]), len(casts))  # noqa: B023 - used at once
         row = f"{1e3 * seconds:.1f}", f"{1 / seconds:.1f}", f"{seconds / free:.2f}"
-        table.add_row(f"into a {name} cup, until the ball rests", *row)
-    console.print(table)
+        rows.append((f"into a {name} cup, until the ball rests", *row))
+    out.print(f"{len(casts)} random casts (seed {options.seed}), {flight_time:.2f} s each, one core")
+    print_table(rows, ["cast", "ms a cast", "casts a second", "of a free cast"])
 
     controller = controller_seconds(scenario, casts)
     plant = plant_seconds(scenario, flight_time)
     shares = {"plant": plant, "controller": controller, "the rest": free - plant - controller}
-    console.print("of a free cast: " + ", ".join(f"{name} {seconds / free:.0%}" for name, seconds in shares.items()))
+    out.print("of a free cast: " + ", ".join(f"{name} {seconds / free:.0%}" for name, seconds in shares.items()))
 
 
 if __name__ == "__main__":

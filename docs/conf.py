@@ -30,13 +30,13 @@ smartquotes = False  # options begin with two hyphens
 nitpicky = True
 # Names of other packages, which a build would need the network to resolve, and abbreviations of types.
 OTHERS = (
-    "annotated_types|builtins|collections|concurrent|contextlib|enum|matplotlib|numpy|pandas|pathlib|pd|pyarrow|pydantic|pydantic_core|"
+    "builtins|collections|concurrent|contextlib|enum|matplotlib|numpy|pandas|pathlib|pd|pyarrow|pydantic|pydantic_core|"
     "pydrake|sklearn|xml"
 )
 ABBREVIATIONS = (
     r"AbstractValue|Any|Array|Element|Picture|ArrayLike|Axes|Axis|Figure|NDArray|Path|np\.bool_|object_|"
     r"(float|u?int|complex)\d+|.*\.[FRST]|"
-    "AllowInfNan|BaseModel|FieldInfo|Ge|Gt|Le|NoneType|ValidationError"  # of pydantic
+    "BaseModel|ValidationError"  # of pydantic
 )
 PRIVATE = r"lambda|.*<locals>.*|.*\._\w+"  # in the types of what pydantic checks by a function
 nitpick_ignore_regex = [

@@ -186,7 +186,8 @@ def test_defaults_are_the_reference_scenario():
 
 
 @pytest.mark.parametrize(("values", "named"), REFUSED, ids=lambda value: str(value)[:40])
-def test_refusal_is_one_line_that_names_the_value_and_what_is_allowed(tmp_path, values, named):
+def test_refusal_is_one_line_that_names_the_value_and_what_is_allowed(tmp_path, monkeypatch, values, named):
+    monkeypatch.chdir(tmp_path)  # from where paths count, as from the file's folder
     with pytest.raises(InputError) as caught:
         Scenario.from_dict(values)
     message = str(caught.value)
@@ -198,7 +199,7 @@ def test_refusal_is_one_line_that_names_the_value_and_what_is_allowed(tmp_path, 
     path.write_text(yaml.safe_dump(values), encoding="utf-8")
     with pytest.raises(InputError) as caught:
         Scenario.from_yaml(path)
-    assert str(caught.value).replace(f"{tmp_path}/nowhere", "nowhere") == f"scenario {path}: {message}"
+    assert str(caught.value) == f"scenario {path}: {message}"
 
 
 def test_refusal_counts_what_else_is_wrong():

@@ -147,7 +147,7 @@ class Scenario(Part):
         """Read a scenario file; keys that it leaves out keep their default. Raises `.InputError`."""
         try:
             values = read_yaml(path)
-            return cls.from_dict(_with_whole_path({} if values is None else values, Path(path).parent))
+            return cls.from_dict(_counted_from({} if values is None else values, Path(path).parent))
         except InputError as error:
             raise InputError(f"scenario {path}: {error}") from None
 
@@ -182,12 +182,12 @@ class Scenario(Part):
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def _with_whole_path(values: Any, folder: Path) -> Any:
-    """Return a scenario's values with the path of the arm's file, which counts from `folder`, made absolute."""
+def _counted_from(values: Any, folder: Path) -> Any:
+    """Return a scenario's values with the path of the arm's file, if there is one, counted from `folder`."""
     arm = values.get("arm") if isinstance(values, dict) else None
     if not isinstance(arm, dict) or not isinstance(arm.get("urdf"), str):
         return values
-    return {**values, "arm": {**arm, "urdf": str((folder / arm["urdf"]).resolve())}}
+    return {**values, "arm": {**arm, "urdf": str(folder / arm["urdf"])}}
 
 
 def _round_up(value: float) -> float:

@@ -5,12 +5,13 @@ Beyond its range a number is no laboratory's, and of no simulation that ends.
 
 from __future__ import annotations
 
+import os
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeAlias, TypeVar
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from wam_cast.errors import with_input_errors
+from wam_cast.errors import quoted, with_input_errors
 
 Stiffness = Annotated[float, Field(ge=0, le=1e4)]
 Stiffnesses = tuple[Stiffness, Stiffness, Stiffness, Stiffness, Stiffness, Stiffness, Stiffness]
@@ -29,21 +30,17 @@ def _for_each_joint(value: Any) -> Any:
 T = TypeVar("T")
 ForEachJoint: TypeAlias = Annotated[tuple[T, T, T, T, T, T, T], BeforeValidator(_for_each_joint)]
 
-Scale: TypeAlias = ForEachJoint[Factor]
-"""Factors of the joints 1 to 7, or one for all."""
+Scale: TypeAlias = ForEachJoint[Factor]  # factors of the joints 1 to 7, or one for all
 
 Multiple = Annotated[float, Field(ge=0, le=20)]
-Multiples: TypeAlias = ForEachJoint[Multiple]
-"""The same, 0 among them."""
+Multiples: TypeAlias = ForEachJoint[Multiple]  # the same, 0 among them
 
 Share = Annotated[float, Field(ge=0, le=2)]
-Shares: TypeAlias = ForEachJoint[Share]
-"""The same, from 0 to 2."""
+Shares: TypeAlias = ForEachJoint[Share]  # the same, from 0 to 2
 
 CupOffset = Annotated[float, Field(ge=-0.1, le=0.1)]
 Offset = Annotated[float, Field(ge=-0.2, le=0.2)]
-Offsets: TypeAlias = ForEachJoint[Offset]
-"""Small angles of the joints 1 to 7 [rad], or one for all."""
+Offsets: TypeAlias = ForEachJoint[Offset]  # small angles of the joints 1 to 7 [rad], or one for all
 
 UNSCALED = (1.0,) * 7
 
@@ -69,7 +66,8 @@ class Arm(Part):
     Attributes
     ----------
     urdf
-        The arm's model file; a path in a scenario file counts from that file's folder. By default the shipped `models/wam7.urdf`.
+        The arm's model file; a path in a scenario file counts from that file's folder, else from where the
+        program runs. By default the shipped `models/wam7.urdf`.
         Any URDF will do whose seven revolute joints are arranged as the WAM's: see `wam_cast.arm.arm_model`.
     base_frame, hand_frame
         Names of the links that are mounted and that the string hangs from.
@@ -114,6 +112,14 @@ class Arm(Part):
     knee_speed: Annotated[float, Field(gt=0, le=1)] = 1.0
     encoder_offset: Offsets = (0.0,) * 7
     base_tilt: tuple[Offset, Offset] = (0.0, 0.0)
+
+    @field_validator("urdf")
+    @classmethod
+    def _is_found_from_anywhere(cls, path: str | None) -> str | None:
+        try:
+            return None if path is None else os.path.realpath(path)
+        except (OSError, ValueError) as error:  # no folder that it could count from; a null byte
+            raise ValueError(f"arm.urdf = {quoted(path)}: {error}; name a URDF file") from None
 
 
 class String(Part):

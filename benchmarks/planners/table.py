@@ -9,7 +9,7 @@ import pandas as pd
 from planners.study import CUP_KINDS, PlannerComparison
 from wam_cast.experiments.statistics import Statistics, describe
 from wam_cast.experiments.trials import hits
-from wam_cast.storage.dataset_directory import current_versions
+from wam_cast.storage.manifest import current_versions
 
 HEADINGS = (
     "planner",

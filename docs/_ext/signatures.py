@@ -1,4 +1,4 @@
-"""Signatures as they are written in the source: autodoc spells the aliases of arrays out."""
+"""Signatures as they are written in the source: autodoc spells the aliases of arrays and numbers out."""
 
 import re
 from typing import Any
@@ -8,14 +8,20 @@ from pydantic import BaseModel
 ARRAY = re.compile(r"[~\w.]*ndarray\[tuple\[[~\w.]*Any, \.\.\.\], [~\w.]*dtype\[[~\w.]*?(\w+)\]\]")
 LIKE_AN_ARRAY = re.compile(r"[~\w.]*_Buffer \| .*?_NestedSequence\[complex \| bytes \| str\]")
 
+CONSTRAINED = re.compile(r"[~\w.]*Annotated\[([~\w.]+), (?:FieldInfo\([^\]]*\]\)|[~\w.]+\([^)]*\))\]")
+"""A number with what pydantic asks of it, which is for files that may be damaged."""
+
 
 def shorten(_app: Any, what: str, _name: str, thing: Any, _options: Any, signature: str, returns: str) -> Any:
-    """Write the types of arrays in short, and leave a scenario's parts, whose attributes tell all, without a signature."""
+    """Write types of arrays and checked numbers in short, and leave a scenario's parts, whose attributes tell all, unsigned."""
     if what == "class" and issubclass(thing, BaseModel):
         return "", None
-    return tuple(
-        text and LIKE_AN_ARRAY.sub("ArrayLike", ARRAY.sub(r"NDArray[\1]", text)) for text in (signature, returns)
-    )
+    shortened = []
+    for text in (signature, returns):
+        for pattern, short in ((ARRAY, r"NDArray[\1]"), (LIKE_AN_ARRAY, "ArrayLike"), (CONSTRAINED, r"\1")):
+            text = text and pattern.sub(short, text)
+        shortened.append(text)
+    return tuple(shortened)
 
 
 def setup(app: Any) -> dict[str, bool]:

@@ -1,6 +1,7 @@
 """An arm's URDF: what is refused, in which words, and that names and frames of a file's own make no difference."""
 
 import math
+import os
 import re
 from copy import deepcopy
 from xml.etree import ElementTree as ET
@@ -183,7 +184,15 @@ def test_what_a_file_lacks_is_one_line(tmp_path, bare, change, words):
 
 def test_what_is_no_urdf_is_one_line(tmp_path):
     assert "no such file" in refusal(tmp_path / "none.urdf")
-    assert "no file; name a URDF file" in refusal(tmp_path)
+    assert "is a directory; name a URDF file" in refusal(tmp_path)
+    with pytest.raises(InputError, match="name too long; name a URDF file"):
+        Scenario.from_dict({"arm": {"urdf": "x" * 300}})
+    with pytest.raises(InputError, match=r"arm\.urdf = 'a.x00b': .* name a URDF file"):
+        Scenario.from_dict({"arm": {"urdf": "a\0b"}})
+    huge = tmp_path / "huge.urdf"
+    huge.touch()
+    os.truncate(huge, 1 << 40)
+    assert "larger than" in refusal(huge)
     for text in ("", "kp: 3", "<robot><link name='base'></robot>", "<?xml version='1.0' encoding='utf-99'?><robot/>"):
         assert "is not XML" in refusal(write(tmp_path, text))
     binary = tmp_path / "binary.urdf"

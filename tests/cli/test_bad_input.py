@@ -202,3 +202,20 @@ def test_an_error_of_the_packages_own_is_not_dressed_up(cli, monkeypatch):
 
     with pytest.raises(RuntimeError, match="a bug"):
         main()
+
+
+@pytest.mark.usefixtures("no_physics")
+@pytest.mark.parametrize(
+    "file", ["d/manifest.json", "d/scenario.yaml", "d/casts/part-00000.parquet", "d/casts/a.model"]
+)
+def test_a_model_takes_the_place_of_nothing_that_its_dataset_needs(cli, refused, folder, file):
+    assert cli("generate", "--casts", "60", "--out", "d").code == 0
+    before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    assert "it belongs to the dataset d; name another file" in refused("fit", "d", "--out", file)
+    assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
+
+
+def test_a_scenario_whose_own_model_could_have_no_name_is_one_line(refused, folder):
+    name = f"{'x' * 245}.yaml"
+    (folder / name).write_text("ball: {mass: 0.05}")
+    assert "has no model yet" in refused("plan", "--cup", "0.7", "--scenario", name)

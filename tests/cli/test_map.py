@@ -8,6 +8,7 @@ import signal
 import time
 from dataclasses import replace
 from itertools import count
+from pathlib import Path
 
 import pytest
 
@@ -201,3 +202,30 @@ def test_ctrl_c_amid_the_casts_shows_nothing_of_the_inside(start, folder):
     assert (running.returncode, out) == (130, "")
     assert re.fullmatch(r"(finished casts are kept in map\.png\.unfinished\. Go on with: .*\n)?interrupted\n", err)
     assert not (folder / "map.png").exists()
+
+
+@pytest.mark.usefixtures("floor_without_physics")
+@pytest.mark.parametrize(
+    ("place", "said"),
+    [
+        (lambda path: path.symlink_to("precious"), "is a link"),
+        (lambda path: path.symlink_to(path.name), "is a link"),
+        (Path.touch, "Not a directory"),
+        (lambda path: (path.mkdir(), (path / "thesis.tex").touch()), "holds thesis.tex and no map"),
+    ],
+    ids=["link", "loop", "file", "another's"],
+)
+def test_what_is_in_the_place_of_unfinished_casts_is_left_alone_before_the_work(cli, folder, place, said):
+    (folder / "precious").mkdir()
+    place(folder / "map.png.unfinished")
+    result = cli("map", "--out", "map.png", *SMALL)
+    assert (result.code, result.out, result.err.count("\n")) == (2, "", 1)
+    assert said in result.err
+    assert sorted(path.name for path in folder.iterdir()) == ["map.png.unfinished", "precious"]
+
+
+@pytest.mark.usefixtures("floor_without_physics")
+def test_a_name_that_leaves_no_room_for_unfinished_casts_is_refused(cli):
+    result = cli("map", "--out", f"{'x' * 250}.png", *SMALL)
+    assert (result.code, result.out, result.err.count("\n")) == (2, "", 1)
+    assert "name too long" in result.err

@@ -251,3 +251,61 @@ def test_ctrl_c_while_the_parts_are_loaded_is_no_traceback(cli, monkeypatch):
     monkeypatch.setattr(sys, "meta_path", [Interruption, *sys.meta_path])
     result = cli("plan", "--cup", "0.75")
     assert (result.code, result.out, result.err) == (130, "", "interrupted\n")
+
+
+AMID_AN_IMPORT = """
+import _imp, os, signal
+from wam_cast.cli import main, running
+
+def initialize(module, exec_dynamic=_imp.exec_dynamic):
+    try:
+        os.kill(os.getpid(), signal.SIGINT)
+        [0 for _ in range(10_000)]
+    except BaseException:
+        raise ImportError("what compiled modules make of it")
+    exec_dynamic(module)
+    print("loaded")
+
+def import_later(words):
+    try:
+        _imp.exec_dynamic = initialize
+        import _lsprof
+        while True:
+            pass
+    finally:
+        print("what was finished is told")
+
+running.run = import_later
+main()
+"""
+
+
+WHERE_IT_IS_IGNORED = """
+import os, signal
+from wam_cast.cli import main, running
+
+class Interrupts:
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGINT)
+        [0 for _ in range(10_000)]
+
+def drop(words):
+    try:
+        Interrupts()
+        print("loaded")
+        while True:
+            pass
+    finally:
+        print("what was finished is told")
+
+running.run = drop
+main()
+"""
+
+
+@pytest.mark.parametrize("code", [AMID_AN_IMPORT, WHERE_IT_IS_IGNORED], ids=["import", "ignored"])
+def test_ctrl_c_where_it_could_get_lost_is_heard_a_moment_later(code):
+    command = [sys.executable, "-c", code]
+    ended = subprocess.run(command, env=ENVIRONMENT, capture_output=True, text=True, timeout=20)
+    assert (ended.returncode, ended.stderr) == (130, "interrupted\n")
+    assert ended.stdout == "loaded\nwhat was finished is told\n"

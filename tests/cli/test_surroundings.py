@@ -133,6 +133,25 @@ def test_a_dataset_set_aside_is_told_in_printable_letters(capsys):
     assert capsys.readouterr().err == "dataset a\\x1b[31mred\\x1b]0;title\\x07\\u202e\n"
 
 
+# --- matplotlib's settings
+
+
+NO_TEXT = b"\xff\xfe no text"
+
+
+def test_settings_of_matplotlib_that_cannot_be_read_stop_nothing(process, folder, monkeypatch):
+    monkeypatch.setenv("MPLBACKEND", "none such")
+    monkeypatch.setenv("MATPLOTLIBRC", "named")
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(folder))
+    monkeypatch.delenv("MPLCONFIGDIR", raising=False)  # fonts are kept there too
+    for place in ("matplotlibrc", "named", "matplotlib/matplotlibrc", "matplotlib/stylelib/a.mplstyle"):
+        (folder / place).parent.mkdir(parents=True, exist_ok=True)
+        (folder / place).write_bytes(NO_TEXT)
+    result = process("map", "--out", "a.txt")  # loads matplotlib, and then ends
+    assert (result.code, result.out) == (2, "")
+    assert result.err == "error: cannot write a.txt: its suffix is .txt; choose one of .pdf, .png, .svg\n"
+
+
 # --- places
 
 

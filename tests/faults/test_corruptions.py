@@ -1,5 +1,6 @@
 """Damaged, exchanged and rewritten files: what is taken is what was made, else a line says why; nothing is overwritten unasked."""
 
+import json
 import random
 import shutil
 import sys
@@ -8,6 +9,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+import yaml
 
 import wam_cast as wc
 from wam_cast.errors import InputError
@@ -35,7 +37,18 @@ def rewritten(change):
 
 
 def flip_bits(folder, rng):
-    path = any_file(folder, rng)
+    flip_bits_in(any_file(folder, rng), rng)
+
+
+def flip_bits_of_manifest(folder, rng):
+    flip_bits_in(folder / "manifest.json", rng)
+
+
+def flip_bits_of_scenario(folder, rng):
+    flip_bits_in(folder / "scenario.yaml", rng)
+
+
+def flip_bits_in(path, rng):
     content = bytearray(path.read_bytes())
     for _ in range(rng.choice([1, 1, 1, 5])):
         content[rng.randrange(len(content))] ^= 1 << rng.randrange(8)
@@ -119,7 +132,33 @@ def absurd(table, rng):
     return table.set_column(table.column_names.index(name), name, pa.array(values))
 
 
-FILES = (flip_bits, flip_bits, flip_bits, cut_off, blank, swap, copy, remove)
+def edit_scenario(folder, rng):
+    path = folder / "scenario.yaml"
+    values = yaml.safe_load(path.read_text())
+    values["cup"][rng.choice(["inner_radius", "restitution"])] *= 1.01
+    path.write_text(yaml.safe_dump(values))
+
+
+def edit_manifest(folder, rng):
+    path = folder / "manifest.json"
+    values = json.loads(path.read_text())
+    name = rng.choice(["fingerprint", "controller", "seed", "n_casts", "versions"])
+    values[name] = values[name] * 2
+    path.write_text(json.dumps(values))
+
+
+FILES = (
+    flip_bits,
+    flip_bits_of_manifest,
+    flip_bits_of_scenario,
+    edit_scenario,
+    edit_manifest,
+    cut_off,
+    blank,
+    swap,
+    copy,
+    remove,
+)
 TABLES = (other_types, rounded, other_order, own_column, less_columns, shuffled, less_rows, twice, absurd)
 HARMLESS = (other_types, other_order, own_column)
 """What other programs do to a table when they write it again."""
@@ -140,7 +179,7 @@ def grow(monkeypatch, inline_executor):
 
 
 def test_nothing_wrong_is_taken_and_nothing_readable_overwritten(made, grow, fault, n_faults, tmp_path):
-    expected = wc.CastDataset.load(made).frame
+    expected = wc.CastDataset.load(made)
     rng = random.Random(0)
     kinds = [(kind.__name__, kind) for kind in FILES] + [(kind.__name__, rewritten(kind)) for kind in TABLES]
     for number in range(n_faults):
@@ -166,12 +205,13 @@ def test_nothing_wrong_is_taken_and_nothing_readable_overwritten(made, grow, fau
 def works(expected, use, folder, **options):
     """Return whether it gives what was made; if not, it must say why in a line."""
     try:
-        frame = use(folder, **options).frame
+        data = use(folder, **options)
     except InputError as error:
         assert str(error).isprintable()
         assert len(str(error)) < 1000
         return False
-    assert frame[expected.columns].equals(expected)
+    assert data.frame[expected.frame.columns].equals(expected.frame)
+    assert (data.scenario, data.seed, data.controller) == (expected.scenario, expected.seed, expected.controller)
     return True
 
 

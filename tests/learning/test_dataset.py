@@ -211,6 +211,7 @@ def test_the_directory_reads_as_it_stands_and_says_what_it_is(no_physics, tmp_pa
     manifest = json.loads((tmp_path / "manifest.json").read_text())
     (versions,) = manifest.pop("versions")
     assert set(versions) == {"wam_cast", "python", "drake", "numpy"}
+    assert set(manifest.pop("checksums")) == {*manifest, "versions"}
     assert manifest == {
         "format": 3,
         "controller": "wam_cast.robot.controller.CastController",
@@ -218,6 +219,7 @@ def test_the_directory_reads_as_it_stands_and_says_what_it_is(no_physics, tmp_pa
         "seed": 0,
         "n_casts": 120,
         "rows_per_part": 50,
+        "scenario": SCENARIO.model_dump(mode="json"),
     }
 
 

@@ -7,6 +7,7 @@ import sys
 import time
 from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
 
 import pytest
 from pydantic import BaseModel
@@ -197,6 +198,30 @@ def test_something_else_is_left_alone(tmp_path):
     with pytest.raises(InputError, match=r"holds thesis\.tex and no run"):
         begin(tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
+
+
+@pytest.mark.parametrize(
+    "spoil", [Path.mkdir, lambda path: path.write_text("ball: {mass: 0.05}")], ids=["folder", "edit"]
+)
+def test_a_scenario_that_was_edited_is_set_aside(tmp_path, caplog, spoil):
+    begin(tmp_path)
+    begin(tmp_path)
+    assert not caplog.messages
+    path = tmp_path / "scenario.yaml"
+    path.unlink()
+    spoil(path)
+    begin(tmp_path)
+    assert Scenario.from_yaml(path) == Scenario()
+    assert (tmp_path / "set_aside" / "scenario.yaml").exists()
+    assert f"scenario.yaml is not what was written there; it is now {tmp_path / 'set_aside'}" in caplog.text
+
+
+def test_a_file_in_the_place_of_a_folder_is_named(tmp_path):
+    begin(tmp_path)
+    (tmp_path / "phases").rmdir()
+    (tmp_path / "phases").touch()
+    with pytest.raises(InputError, match="phases is in the way of a folder; move it away, or choose another directory"):
+        begin(tmp_path)
 
 
 def test_what_cannot_be_written_says_so(tmp_path):

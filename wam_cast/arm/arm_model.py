@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -61,7 +62,7 @@ def models_directory() -> Path:
 def arm_model(arm: Arm) -> ArmModel:
     """Return the model of a scenario's arm. Raises `.InputError` if its URDF cannot be used."""
     path = models_directory() / "wam7.urdf" if arm.urdf is None else Path(arm.urdf)
-    changed = path.stat().st_mtime_ns if path.is_file() else None
+    changed = path.stat().st_mtime_ns if os.path.isfile(path) else None  # noqa: PTH113 -- of any name
     return _arm_model(path, changed, arm)
 
 

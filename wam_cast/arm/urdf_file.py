@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TypeAlias
 from xml.etree import ElementTree as ET
@@ -9,9 +10,13 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from wam_cast.errors import InputError
+from wam_cast.text_file import read_bytes
 from wam_cast.types import Array
 
 Element: TypeAlias = ET.Element
+
+LARGEST_URDF = 10_000_000
+"""Bytes."""
 
 DRAKE = "{https://drake.mit.edu}"
 ET.register_namespace("drake", "https://drake.mit.edu")  # Drake's parser goes by the prefix
@@ -44,10 +49,8 @@ PARTS = {
 
 def parse_urdf(path: Path) -> Element:
     """Return the `<robot>` of a file, of `PARTS` alone, with all its numbers valid. Raises `.InputError` if it is no URDF."""
-    if not path.is_file():
-        raise InputError(f"{'no file' if path.exists() else 'there is no such file'}; name a URDF file")
     try:
-        root = ET.fromstring(path.read_bytes())
+        root = ET.fromstring(read_bytes(path, LARGEST_URDF))
     except OSError as error:
         raise InputError(f"{(error.strerror or str(error)).lower()}; name a URDF file that can be read") from None
     except (ET.ParseError, ValueError, LookupError) as error:
@@ -199,10 +202,11 @@ def resolve_meshes(path: Path, root: Element) -> None:
         for mesh in link.iterfind("visual/geometry/mesh"):
             name = mesh.get("filename", "")
             found = _mesh_file(path, name)
-            if not found.is_file() or found.suffix.lower() not in MESH_FORMATS:
+            is_there = os.path.isfile(found)  # noqa: PTH113 -- of any name
+            if not is_there or found.suffix.lower() not in MESH_FORMATS:
                 raise InputError(
                     f"link {link.get('name')!r} is drawn with the mesh {name!r}, which "
-                    f"{'is of no format that can be drawn' if found.is_file() else 'is not there'}; put a file "
+                    f"{'is of no format that can be drawn' if is_there else 'is not there'}; put a file "
                     f"({', '.join(MESH_FORMATS)}) at {found}, or remove the <visual>"
                 )
             mesh.set("filename", f"file://{found.resolve()}")

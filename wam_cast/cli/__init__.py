@@ -13,13 +13,19 @@ def main() -> None:
         import signal
 
         handler = signal.getsignal(signal.SIGINT)
-        if handler is signal.default_int_handler:  # a `KeyboardInterrupt` can get lost where Python loads modules
+        is_answered = handler is signal.default_int_handler
+        if is_answered:  # nothing is begun yet, and a `KeyboardInterrupt` can get lost where Python loads modules
             signal.signal(signal.SIGINT, _leave)
         try:
+            from contextlib import nullcontext
+
+            from wam_cast.cli.interruption import heard_everywhere
             from wam_cast.cli.running import run
+
+            with heard_everywhere() if is_answered else nullcontext():
+                code = run(sys.argv[1:] or ["--help"])
         finally:
             signal.signal(signal.SIGINT, handler)
-        code = run(sys.argv[1:] or ["--help"])
     except KeyboardInterrupt:
         code = 130
     if code == 130:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 from contextlib import nullcontext
 from pathlib import Path
@@ -34,7 +35,7 @@ def scenario_and_model(path: Path | None, model_path: Path | None, train: bool) 
     own, casts = _own_files(path, scenario)
     check_writable(own)
     generate(path, TRAINING_CASTS, 0, casts)
-    if own.exists():
+    if os.path.exists(own):  # noqa: PTH110 -- a name may be too long
         aside = own.replace(own.with_name(f"{own.name}.set_aside"))
         err.print(f"{flaw}; it is now {aside}")
     model, _ = fit(casts, own, scenario)
@@ -66,7 +67,7 @@ def find(path: Path | None, model_path: Path | None) -> Found:
     if model is not None:
         return Found(scenario, model)
     own, _ = _own_files(path, scenario)
-    if not own.exists():
+    if not os.path.exists(own):  # noqa: PTH110 -- a name may be too long
         name = "the arm as it is now" if path is None else f"scenario {path}"
         return Found(scenario, None, f"{name} has no model yet")
     try:
@@ -129,8 +130,10 @@ def generate(
 def fit(dataset: Path, file: Path, scenario: wc.Scenario | None) -> tuple[wc.ForwardModel, wc.CastDataset]:
     """Fit a model to a stored dataset and store it; by default for the dataset's own scenario. Say which casts failed."""
     from wam_cast.learning.parts import describe_failed_casts
+    from wam_cast.storage.dataset_directory import DatasetDirectory
 
     check_writable(file)
+    DatasetDirectory(dataset).check_not_own(file)
     data = wc.CastDataset.load(dataset, scenario)
     for line in describe_failed_casts(data):
         err.print(line)

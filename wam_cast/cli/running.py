@@ -10,6 +10,7 @@ from typing import Any
 import typer
 
 from wam_cast.cli.commands import app
+from wam_cast.cli.surroundings import ignore_matplotlib_settings
 from wam_cast.cli.terminal import err, give_up_lost_streams, prepare_streams
 from wam_cast.errors import InputError, MachineError, shortened
 
@@ -26,6 +27,7 @@ LONGEST_USAGE = 400
 def run(words: list[str]) -> int:
     """Run a command line and return its exit code; an error is said in one line on standard error."""
     prepare_streams()
+    ignore_matplotlib_settings()
     try:
         return _answer(words)
     except SystemExit as end:

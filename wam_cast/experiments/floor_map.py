@@ -30,7 +30,7 @@ from wam_cast.planning.prediction import Predictor
 from wam_cast.planning.reach import Reach
 from wam_cast.planning.solution import Planner, Solver
 from wam_cast.scenario import Scenario
-from wam_cast.storage.dataset_directory import current_versions
+from wam_cast.storage.manifest import current_versions
 from wam_cast.storage.run_directory import RunDirectory
 from wam_cast.types import checks_types
 

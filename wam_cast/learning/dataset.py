@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor
 from contextlib import closing, nullcontext
@@ -23,7 +24,8 @@ from wam_cast.learning.sampling import row_noise_seed, sample_cast
 from wam_cast.parallel.workers import Workers, run_rows
 from wam_cast.scenario import Scenario
 from wam_cast.storage.casts_part import SCHEMA, PartError, UnreadablePartError, concatenated
-from wam_cast.storage.dataset_directory import MOST_CASTS, DatasetDirectory, part_rows
+from wam_cast.storage.dataset_directory import DatasetDirectory, part_rows
+from wam_cast.storage.manifest import MOST_CASTS
 from wam_cast.types import Array, checks_types
 
 Row = dict[str, Any]
@@ -91,7 +93,7 @@ class CastDataset:
         remedy = "generate a dataset for this scenario"
         if scenario is None:
             try:
-                scenario = Scenario.from_yaml(store.scenario_path)
+                scenario = store.read_scenario(manifest)
             except InputError as error:
                 raise InputError(
                     f"dataset {directory}: {error}; or name the scenario as it is now (--scenario)"
@@ -107,9 +109,10 @@ class CastDataset:
         ]
         n_kept = sum(table.num_rows for table in tables)
         if n_kept < manifest.n_casts:
+            words = ["wam-cast", "generate", "--casts", str(manifest.n_casts), "--seed", str(manifest.seed)]
+            command = shlex.join([*words, "--scenario", str(store.scenario_path), "--out", str(directory)])
             raise InputError(
-                f"dataset {directory}: only {n_kept} of its {manifest.n_casts} casts are there; finish it with `wam-cast "
-                f"generate --casts {manifest.n_casts} --seed {manifest.seed} --scenario {store.scenario_path} --out {directory}`"
+                f"dataset {directory}: only {n_kept} of its {manifest.n_casts} casts are there; finish it with `{command}`"
             )
         return cls(scenario, manifest.seed, concatenated(tables).to_pandas(), manifest.controller)
 

@@ -41,9 +41,9 @@ LEAST_EIGENVALUE = 1e-2
 """Of the kernel matrix, in units of lambda, down to which its eigenvectors are kept."""
 
 
+# What a file may say; who computes such a number is not asked.
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-"""What a file may say; who computes such a number is not asked."""
 
 
 @dataclass(frozen=True)

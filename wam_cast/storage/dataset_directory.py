@@ -3,7 +3,7 @@
 ::
 
     scenario.yaml              the scenario
-    manifest.json              `Manifest`: what the casts depend on, how many are wanted, what made them
+    manifest.json              `Manifest`: what the casts depend on, how many are wanted, what made them; with checksums
     casts/part-00000.parquet   rows 0 to 49, and so on: the casts alone, so that the folder reads as one table
     set_aside/                 parts that were not what they must be, and were simulated again; so with scenario.yaml
 
@@ -14,77 +14,29 @@ from __future__ import annotations
 
 import json
 import logging
-import platform
+import os
 from collections.abc import Callable
-from importlib.metadata import version
 from pathlib import Path
-from typing import Annotated, Final, Literal
 
 import pyarrow as pa
-from pydantic import BaseModel, ConfigDict, Field, NonNegativeInt, ValidationError
+from pydantic import ValidationError
 
 from wam_cast.errors import InputError, describe_validation, quoted
 from wam_cast.scenario import Scenario
 from wam_cast.storage.casts_part import PartError, read_part, write_part
-from wam_cast.storage.work_directory import ELSEWHERE, WorkDirectory, errors_of_writing
+from wam_cast.storage.manifest import FORMAT, ROWS_PER_PART, Manifest, current_versions
+from wam_cast.storage.work_directory import ELSEWHERE, WorkDirectory, differences, errors_of_writing
 from wam_cast.text_file import read_text
 from wam_cast.types import Array
-from wam_cast.version import __version__
 
 _logger = logging.getLogger(__name__)
 
-FORMAT: Final = 3
-"""Version of the directory's layout and of the columns."""
-
-ROWS_PER_PART: Final = 50
-"""Few enough that an interrupted run loses little."""
-
-MOST_CASTS: Final = 1_000_000
-"""That a dataset may have: more would not fit into memory."""
-
-
 MEND_PARTS = "restore it, or simulate it anew with `wam-cast generate --force`, which moves what is there to set_aside/"
-
-
-class Manifest(BaseModel):
-    """What a dataset is.
-
-    Attributes
-    ----------
-    format
-        Version of the directory's layout.
-    fingerprint
-        Of the scenario, when the casts were made.
-    controller
-        Name of what made the controller, see `.controller_name`.
-    seed, n_casts
-        Which casts, and how many a finished run has.
-    rows_per_part
-        Rows of each part but the last.
-    versions
-        Of the software: an entry for each combination that worked on the dataset.
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    format: Literal[3] = FORMAT
-    fingerprint: str
-    controller: str
-    seed: NonNegativeInt
-    n_casts: Annotated[int, Field(ge=1, le=MOST_CASTS)]
-    rows_per_part: Literal[50] = ROWS_PER_PART
-    versions: tuple[dict[str, str], ...]
 
 
 def part_rows(n_casts: int) -> list[range]:
     """Return the rows of each part of a dataset of `n_casts`."""
     return [range(start, min(start + ROWS_PER_PART, n_casts)) for start in range(0, n_casts, ROWS_PER_PART)]
-
-
-def current_versions() -> dict[str, str]:
-    """Return the versions of what a cast is made with."""
-    packages = {package: version(package) for package in ("drake", "numpy")}
-    return {"wam_cast": __version__, "python": platform.python_version()} | packages
 
 
 class DatasetDirectory(WorkDirectory):
@@ -108,6 +60,7 @@ class DatasetDirectory(WorkDirectory):
             If something else is here, or the directory cannot be written.
         """
         versions: tuple[dict[str, str], ...] = (current_versions(),)
+        stored: Scenario | None = None
         if self.is_begun(self.path):
             old = self.read_manifest()
             self._check_same(
@@ -120,11 +73,17 @@ class DatasetDirectory(WorkDirectory):
                     f"ask for as many, or {ELSEWHERE}"
                 )
             versions = old.versions if versions[0] in old.versions else old.versions + versions
+            stored = self._stored_scenario(old)
         manifest = Manifest(
-            fingerprint=scenario.fingerprint, controller=controller, seed=seed, n_casts=n_casts, versions=versions
+            fingerprint=scenario.fingerprint,
+            controller=controller,
+            seed=seed,
+            n_casts=n_casts,
+            versions=versions,
+            scenario=(stored or scenario).model_dump(mode="json"),
         )
-        self._write(self.identity_path, f"{manifest.model_dump_json(indent=2)}\n".encode())
-        if not self._holds(scenario):
+        self._write(self.identity_path, f"{manifest.sealed().model_dump_json(indent=2)}\n".encode())
+        if stored is None:
             self._write(self.scenario_path, scenario.to_yaml().encode())
         self._make_folders(self._casts_path)
         with errors_of_writing(self.kind, self.path):
@@ -132,26 +91,41 @@ class DatasetDirectory(WorkDirectory):
                 for stale in folder.glob(".*.tmp"):  # of a run that was killed
                     stale.unlink()
 
-    def _holds(self, scenario: Scenario) -> bool:
-        """Return whether `scenario.yaml` is that of these casts; if it is damaged or another, it is moved out of the way."""
+    def _stored_scenario(self, manifest: Manifest) -> Scenario | None:
+        """Return what is in `scenario.yaml`; if it is not what was written there, it is moved out of the way."""
         if not self.scenario_path.exists():
-            return False
+            return None
         try:
-            if Scenario.from_yaml(self.scenario_path).fingerprint == scenario.fingerprint:
-                return True
+            scenario = self.read_scenario(manifest)
+            if scenario.fingerprint == manifest.fingerprint:
+                return scenario
             reason = "not the scenario of its casts"
         except InputError as error:
             reason = str(error)
         aside = self._set_aside(self.scenario_path)
         _logger.warning("dataset %s: scenario.yaml: %s; it is now %s, and is written anew", self.path, reason, aside)
-        return False
+        return None
+
+    def read_scenario(self, manifest: Manifest) -> Scenario:
+        """Return the scenario that is stored. Raises `.InputError` if it cannot be read, or is not what was written."""
+        scenario = Scenario.from_yaml(self.scenario_path)
+        if manifest.scenario is not None:
+            values = manifest.scenario.copy()
+            if isinstance(arm := values.get("arm"), dict):
+                values["arm"] = arm | {"urdf": scenario.arm.urdf}  # which may lie elsewhere now
+            written = Scenario.from_dict(values)
+            for key, was, found in differences(written.model_dump(mode="json"), scenario.model_dump(mode="json")):
+                raise InputError(
+                    f"{self.scenario_path}: {key} is {quoted(found)}, and was {quoted(was)} when it was written; restore it"
+                )
+        return scenario
 
     def read_manifest(self) -> Manifest:
         """Return the manifest. Raises `.InputError` if there is none, or none that this version understands."""
         try:
             text = read_text(self.identity_path)
             self._check_format(text)
-            return Manifest.model_validate_json(text)
+            manifest = Manifest.model_validate_json(text)
         except OSError as error:
             raise InputError(
                 f"{self.path} is not a dataset (manifest.json: {error.strerror}); "
@@ -162,19 +136,33 @@ class DatasetDirectory(WorkDirectory):
             raise InputError(
                 f"dataset {self.path}: manifest.json cannot be used ({what}); generate the dataset again into another directory"
             ) from None
+        for name in manifest.changed_fields():
+            found = quoted(getattr(manifest, name, None))
+            raise InputError(
+                f"dataset {self.path}: manifest.json was changed since it was written: {name} = {found} does not match its "
+                "checksum; restore it, or generate the dataset again into another directory"
+            )
+        return manifest
 
     def _check_format(self, manifest: str) -> None:
         """Raise `.InputError` with the command that makes the dataset anew if it is of another format."""
         try:
             values = json.loads(manifest)
             found, n_casts, seed = values["format"], values["n_casts"], values["seed"]
-        except (ValueError, LookupError, TypeError):
+        except (ValueError, LookupError, TypeError, RecursionError):
             return  # no manifest at all: pydantic says what is wrong with it
-        if found != FORMAT:
+        if found != FORMAT and type(n_casts) is type(seed) is int:
             raise InputError(
                 f"dataset {self.path}: of format {quoted(found)}, this version reads {FORMAT}; make it anew with `wam-cast "
                 f"generate --casts {n_casts} --seed {seed} --out DIR`, with its --scenario if it has one"
             )
+
+    def check_not_own(self, file: Path) -> None:
+        """Raise `.InputError` if `file` is one of the dataset's own, which something else would overwrite."""
+        real = Path(os.path.realpath(file))
+        own = {Path(os.path.realpath(path)) for path in (self.identity_path, self.scenario_path, self._casts_path)}
+        if own & {real, real.parent}:
+            raise InputError(f"cannot write {file}: it belongs to the dataset {self.path}; name another file")
 
     def read_parts(
         self, n_casts: int, draw: Callable[[int], Array], *, set_aside: tuple[type[PartError], ...] = ()

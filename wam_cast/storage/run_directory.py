@@ -14,6 +14,7 @@ from __future__ import annotations
 import hashlib
 import json
 import logging
+import os
 import re
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -26,7 +27,7 @@ from pydantic import TypeAdapter
 from wam_cast.errors import InputError
 from wam_cast.scenario import Scenario
 from wam_cast.storage.work_directory import ELSEWHERE, WorkDirectory
-from wam_cast.text_file import read_bytes, read_text
+from wam_cast.text_file import LARGEST, read_bytes, read_text
 
 _logger = logging.getLogger(__name__)
 
@@ -82,8 +83,22 @@ class RunDirectory(WorkDirectory):
             self._check_same(old, json.loads(self._identity))
         else:
             self._write(self.identity_path, f"{self._identity}\n".encode())
-        self._write(self.scenario_path, self._scenario.to_yaml().encode())
+        self._keep_scenario()
         self._make_folders(self._phases)
+
+    def _keep_scenario(self) -> None:
+        """Write the scenario; what is there and is not that, edited perhaps, is moved out of the way."""
+        content = self._scenario.to_yaml().encode()
+        try:
+            if read_bytes(self.scenario_path, LARGEST) == content:
+                return
+            is_there = True
+        except OSError:
+            is_there = os.path.lexists(self.scenario_path)
+        if is_there:
+            aside = self._set_aside(self.scenario_path)
+            _logger.warning("%s: scenario.yaml is not what was written there; it is now %s", self.path, aside)
+        self._write(self.scenario_path, content)
 
     def phase(self, name: str, kind: type[R], compute: Callable[[], R]) -> R:
         """Return what phase `name` found: from its file, see `found`, or computed now and written there.

@@ -86,7 +86,7 @@ class WorkDirectory:
 
     def _check_same(self, old: Mapping[str, Any], new: Mapping[str, Any]) -> None:
         """Raise `.InputError` unless what is here, `old`, is what is wanted, `new`."""
-        for key, was, wanted in _differences(old, new):
+        for key, was, wanted in differences(old, new):
             raise InputError(
                 f"{self.path} holds a {self.kind} with another {key} ({quoted(was)}, not {quoted(wanted)}); {ELSEWHERE}"
             )
@@ -105,7 +105,10 @@ class WorkDirectory:
         """Make what is not there. Raises `.InputError` if the system refuses."""
         with errors_of_writing(self.kind, self.path):
             for folder in folders:
-                folder.mkdir(parents=True, exist_ok=True)
+                try:
+                    folder.mkdir(parents=True, exist_ok=True)
+                except FileExistsError:
+                    raise InputError(f"{folder} is in the way of a folder; move it away, or {ELSEWHERE}") from None
 
     def _write(self, path: Path, content: bytes) -> None:
         """Write a file. Raises `.InputError` if the system refuses."""
@@ -142,7 +145,7 @@ def _exists(path: Path) -> bool:
     return True
 
 
-def _differences(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[tuple[str, Any, Any]]:
+def differences(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[tuple[str, Any, Any]]:
     """Yield the name of each value that differs, such as `scenario.ball.mass`, and the two values.
 
     By hand: the paths that a package (`deepdiff`) gives would have to be reworded, which takes as many lines.
@@ -150,6 +153,6 @@ def _differences(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[tup
     for key in {**new, **old}:
         was, wanted = old.get(key), new.get(key)
         if isinstance(was, dict) and isinstance(wanted, dict):
-            yield from ((f"{key}.{inner}", *values) for inner, *values in _differences(was, wanted))
+            yield from ((f"{key}.{inner}", *values) for inner, *values in differences(was, wanted))
         elif was != wanted:
             yield key, was, wanted

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from contextlib import AbstractContextManager
 from pathlib import Path
+from typing import Any
 
-from matplotlib import rc_context, rc_params_from_file, style
+from matplotlib import rc_context, rc_params_from_file, rcParamsDefault
 
 from wam_cast.motion.stages import Stage
 from wam_cast.simulation.outcome import Status
@@ -31,15 +32,18 @@ PAPER: Color = (0.94, 0.955, 0.97)
 STYLE_SHEET = Path(__file__).parent / "wam_cast.mplstyle"
 """Of figures that are printed 16 cm wide, and of how all pictures are stored."""
 
+# Without `matplotlib.style`, which reads all style sheets that a user has, and fails if one cannot be read.
+_DEFAULTS: dict[Any, Any] = {name: rcParamsDefault[name] for name in rcParamsDefault if name != "backend"}
+
 
 def figure_style() -> AbstractContextManager[None]:
     """Return a context in which figures are made in the style of `STYLE_SHEET`, whatever the user's settings are."""
-    return style.context(STYLE_SHEET, after_reset=True)
+    return rc_context(_DEFAULTS | dict(rc_params_from_file(STYLE_SHEET, use_default_template=False)))
 
 
 def picture_style() -> AbstractContextManager[None]:
     """Return a context in which pictures of casts are made in matplotlib's own style, whatever the user's settings are."""
-    return style.context({}, after_reset=True)
+    return rc_context(_DEFAULTS)
 
 
 def storing_style() -> AbstractContextManager[None]:

@@ -16,7 +16,7 @@ from wam_cast.errors import InputError
 from wam_cast.experiments.paper import settings as paper_settings
 from wam_cast.experiments.paper.settings import Settings
 from wam_cast.scenario import Noise
-from wam_cast.storage import dataset_directory
+from wam_cast.storage import manifest
 from wam_cast.storage.run_directory import RunDirectory
 
 IDENTITY = """
@@ -122,7 +122,7 @@ def test_a_changed_docstring_does_not_forbid_to_go_on(tmp_path):
 
 def test_another_version_of_the_package_forbids_it(tmp_path, monkeypatch):
     begin(tmp_path, settings_of(wc.Scenario()))
-    monkeypatch.setattr(dataset_directory, "__version__", "99.0")
+    monkeypatch.setattr(manifest, "__version__", "99.0")
     with pytest.raises(InputError, match=r"another versions\.wam_cast \('.*', not '99\.0'\)"):
         begin(tmp_path, settings_of(wc.Scenario()))
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from wam_cast.errors import checked_integer
 from wam_cast.planning.plan import METHODS, Method
 from wam_cast.scenario import Noise, Scenario
-from wam_cast.storage.dataset_directory import current_versions
+from wam_cast.storage.manifest import current_versions
 
 OnProgress = Callable[[int, int], None]
 """Takes how much of a phase is done, and how much there is."""

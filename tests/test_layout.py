@@ -27,6 +27,7 @@ BELOW = {
     "motion": ("base",),
     "robot": ("base", "motion"),
     "simulation": ("base", "motion", "robot"),
+    "batch": ("base", "motion", "storage"),
     "planning": ("base", "parallel"),
     "learning": ("base", "parallel", "storage", "planning"),
     "visualization": ("base", "storage", "motion", "robot", "simulation", "planning", "learning"),
@@ -41,10 +42,14 @@ BELOW = {
 }
 """What each folder may import besides itself; the modules that lie in none are the base."""
 
-BUT = {("wam_cast.learning.dataset", "simulation")}
-"""The one module of the learning that simulates: the others work on casts from anywhere."""
+BUT = {
+    ("wam_cast.learning.dataset", "simulation"),
+    ("wam_cast.learning.engines", "simulation"),
+    ("wam_cast.learning.engines", "batch"),
+}
+"""The modules of the learning that simulate: the others work on casts from anywhere."""
 
-NO_DRAKE = ("base", "parallel", "storage", "motion", "learning")
+NO_DRAKE = ("base", "parallel", "storage", "motion", "batch", "learning")
 """Folders that do without Drake at all."""
 
 NO_SIMULATION = ("planning",)

@@ -12,6 +12,8 @@ TYPE_CHECKING = False  # type checkers take it for true; the module `typing` wou
 if TYPE_CHECKING:
     from typing import Any
 
+    from wam_cast.batch.derivatives import batch_derivatives as batch_derivatives
+    from wam_cast.batch.engine import simulate_batch as simulate_batch
     from wam_cast.cast import Cast as Cast
     from wam_cast.errors import InputError as InputError
     from wam_cast.experiments.paper.reproduce import reproduce as reproduce
@@ -40,6 +42,8 @@ if TYPE_CHECKING:
     from wam_cast.version import __version__ as __version__
 
 _NAMES = {
+    "batch.derivatives": ["batch_derivatives"],
+    "batch.engine": ["simulate_batch"],
     "cast": ["Cast"],
     "errors": ["InputError"],
     "experiments.paper.reproduce": ["reproduce"],

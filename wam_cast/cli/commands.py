@@ -167,6 +167,7 @@ def generate(
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Of a Dask scheduler whose workers simulate instead.")
     ] = None,
+    engine: options.Engine = "drake",
     force: options.Force = False,
     as_json: options.AsJson = False,
 ) -> None:
@@ -176,7 +177,7 @@ def generate(
     if workers is not None and scheduler is not None:
         raise InputError("--workers and --scheduler exclude each other: a scheduler brings its own workers")
     started = time.perf_counter()
-    data = model_choice.generate(scenario, casts, seed, directory, workers, scheduler, force)
+    data = model_choice.generate(scenario, casts, seed, directory, workers, scheduler, force, engine)
     seconds = time.perf_counter() - started
     for line in describe_failed_casts(data):
         err.print(line)
@@ -210,6 +211,7 @@ def reproduce(
     quick: Annotated[bool, typer.Option("--quick", metavar="", help="With a tenth of the data.")] = False,
     scenario: options.Scenario = None,
     workers: options.Workers = None,
+    engine: options.Engine = "drake",
     as_json: options.AsJson = False,
 ) -> None:
     """Run the paper's experiment and write its report; an interrupted run goes on when it is started again."""
@@ -219,10 +221,18 @@ def reproduce(
     require_workable(setting, scenario, RunDirectory, directory)
     with phase_progress() as report:
         try:
-            findings = wc.reproduce(setting, directory, seed=seed, quick=quick, n_workers=workers, on_progress=report)
+            findings = wc.reproduce(
+                setting, directory, seed=seed, quick=quick, engine=engine, n_workers=workers, on_progress=report
+            )
         except (KeyboardInterrupt, MachineError):
             command = model_choice.command_line(
-                "reproduce", seed=seed, out=directory, scenario=scenario, workers=workers, quick=quick
+                "reproduce",
+                seed=seed,
+                out=directory,
+                scenario=scenario,
+                workers=workers,
+                engine=None if engine == "drake" else engine,
+                quick=quick,
             )
             err.print(f"what is finished is kept in {directory}. Go on with: {command}")
             raise

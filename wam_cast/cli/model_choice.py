@@ -91,6 +91,7 @@ def generate(
     workers: int | None = None,
     scheduler: str | None = None,
     force: bool = False,
+    engine: str = "drake",
 ) -> wc.CastDataset:
     """Generate a dataset of the scenario in a file if it can work; if that is interrupted, say how to go on."""
     from wam_cast.storage.dataset_directory import DatasetDirectory
@@ -111,6 +112,7 @@ def generate(
                     setting,
                     casts,
                     seed,
+                    engine=engine,
                     executor=executor,
                     n_workers=workers,
                     directory=out,
@@ -119,7 +121,14 @@ def generate(
                 )
         except (KeyboardInterrupt, MachineError):
             command = command_line(
-                "generate", casts=casts, seed=seed, out=out, scenario=scenario, workers=workers, scheduler=scheduler
+                "generate",
+                casts=casts,
+                seed=seed,
+                out=out,
+                scenario=scenario,
+                workers=workers,
+                scheduler=scheduler,
+                engine=None if engine == "drake" else engine,
             )
             err.print(
                 f"{done} of {casts} casts were simulated; finished parts are kept in {out}. Go on with: {command}"

@@ -56,6 +56,10 @@ Model = Annotated[
     ),
 ]
 Scenario = Annotated[Path | None, typer.Option(metavar="FILE", help="YAML file; default: the reference scenario.")]
+Engine = Annotated[
+    Literal["drake", "batch"],
+    typer.Option(help="What simulates casts without a cup: drake, or many at once (needs the extra `batch`)."),
+]
 Train = Annotated[bool, typer.Option("--train", metavar="", help="Make the scenario's model first if it has none.")]
 Force = Annotated[
     bool,

@@ -152,6 +152,7 @@ def dataset_record(data: wc.CastDataset, directory: Path, seconds: float) -> Rec
         "directory": str(directory),
         "n_casts": len(data),
         "seed": data.seed,
+        "engine": data.engine,
         "fingerprint": data.scenario.fingerprint,
         "statuses": data.frame["status"].value_counts().to_dict(),
         "failed": failed_casts(data),

@@ -49,7 +49,7 @@ class DatasetDirectory(WorkDirectory):
         super().__init__(path)
         self._casts_path = self.path / "casts"
 
-    def open(self, scenario: Scenario, seed: int, n_casts: int, controller: str) -> None:
+    def open(self, scenario: Scenario, seed: int, n_casts: int, controller: str, engine: str) -> None:
         """Begin a dataset here, or go on with the one that is here; within the context that keeps others out.
 
         A dataset may grow: `n_casts` can be more than before.
@@ -64,8 +64,8 @@ class DatasetDirectory(WorkDirectory):
         if self.is_begun(self.path):
             old = self.read_manifest()
             self._check_same(
-                {"scenario": old.fingerprint, "controller": old.controller, "seed": old.seed},
-                {"scenario": scenario.fingerprint, "controller": controller, "seed": seed},
+                {"scenario": old.fingerprint, "controller": old.controller, "engine": old.engine, "seed": old.seed},
+                {"scenario": scenario.fingerprint, "controller": controller, "engine": engine, "seed": seed},
             )
             if old.n_casts > n_casts:
                 raise InputError(
@@ -77,6 +77,7 @@ class DatasetDirectory(WorkDirectory):
         manifest = Manifest(
             fingerprint=scenario.fingerprint,
             controller=controller,
+            engine=engine,
             seed=seed,
             n_casts=n_casts,
             versions=versions,

@@ -25,6 +25,7 @@ from wam_cast.experiments.paper.selection import Chosen, Selection, select_model
 from wam_cast.experiments.paper.settings import PLANNERS, OnProgress, Settings
 from wam_cast.experiments.trials import Thrower, line_of_cups, plan_and_execute
 from wam_cast.learning.dataset import CastDataset, generate_dataset
+from wam_cast.learning.engines import checked_engine
 from wam_cast.learning.forward_model import ForwardModel
 from wam_cast.learning.parts import Parts, split_casts
 from wam_cast.parallel.workers import Workers
@@ -45,6 +46,7 @@ def reproduce(
     *,
     seed: int = 0,
     quick: bool = False,
+    engine: str = "drake",
     executor: Executor | None = None,
     n_workers: int | None = None,
     on_progress: Progress | None = None,
@@ -63,6 +65,8 @@ def reproduce(
         Draws all that is random.
     quick
         With a tenth of the data.
+    engine
+        Simulates the training casts, as for `.generate_dataset`; what is executed for a cup is Drake's.
     executor
         Runs what can run in parallel, as for `.generate_dataset`: by default processes on this machine. Its workers must share the
         file system, since they draw the figures too.
@@ -77,7 +81,7 @@ def reproduce(
         If the seed is no integer from 0 on or the number of processes none from 1 on, the directory holds something else or a run
         with other settings or is in use, or the scenario cannot be simulated or learned.
     """
-    settings = Settings.of(scenario, seed, quick)
+    settings = Settings.of(scenario, seed, quick, checked_engine(engine, scenario, has_own_controller=False))
     if n_workers is not None:
         checked_integer("n_workers", n_workers, 1)
     report = on_progress or (lambda _title, _done, _n: None)
@@ -141,7 +145,13 @@ class _Run:
         report = partial(self.report, title)
         n_casts, seed = self.settings.n_casts, self.settings.seed
         return generate_dataset(
-            scenario, n_casts, seed, executor=self.executor, directory=directory, on_progress=report
+            scenario,
+            n_casts,
+            seed,
+            engine=self.settings.engine,
+            executor=self.executor,
+            directory=directory,
+            on_progress=report,
         )
 
     def _model(self, chosen: Chosen) -> ForwardModel:

@@ -46,6 +46,8 @@ class Settings:
         Random subsets of each size in the learning curves.
     is_quick
         Whether it has a tenth of the data.
+    engine
+        What simulates the training casts, see `.generate_dataset`.
     """
 
     scenario: Scenario
@@ -55,9 +57,10 @@ class Settings:
     n_cups: int
     n_repeats: int
     is_quick: bool
+    engine: str = "drake"
 
     @classmethod
-    def of(cls, scenario: Scenario, seed: int, quick: bool) -> Settings:
+    def of(cls, scenario: Scenario, seed: int, quick: bool, engine: str = "drake") -> Settings:
         """Return the settings of a full run, or of a quick one with a tenth of the data.
 
         The experiment is about casts that repeat exactly; a scenario's own noise is kept for the section on noise.
@@ -65,7 +68,7 @@ class Settings:
         seed = checked_integer("seed", seed, 0)
         noise = scenario.noise if scenario.noise.is_on else Noise.typical()
         clean = scenario.model_copy(update={"noise": Noise()})
-        return cls(clean, noise, seed, **(QUICK if quick else FULL), is_quick=quick)
+        return cls(clean, noise, seed, **(QUICK if quick else FULL), is_quick=quick, engine=engine)
 
     @property
     def versions(self) -> dict[str, str]:
@@ -77,6 +80,8 @@ class Settings:
         words = ["wam-cast", "reproduce", "--seed", str(self.seed), "--out", str(directory)]
         if self.own_scenario != Scenario():
             words += ["--scenario", str(directory / "scenario.yaml")]
+        if self.engine != "drake":
+            words += ["--engine", self.engine]
         if self.is_quick:
             words.append("--quick")
         return shlex.join(words)
@@ -101,6 +106,7 @@ class Settings:
             "scenario": self.scenario.model_dump(mode="json"),
             "fingerprint": self.scenario.fingerprint,
             "noise": self.noise.model_dump(mode="json"),
+            "engine": self.engine,
             "seed": self.seed,
             "n_casts": self.n_casts,
             "n_cups": self.n_cups,

@@ -1,0 +1,62 @@
+"""Which engine simulates a dataset's casts: Drake's, a cast at a time, or the batched one."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from concurrent.futures import Executor
+from contextlib import closing
+from functools import partial
+from typing import Any, Literal, get_args
+
+from wam_cast.errors import InputError, quoted
+from wam_cast.learning.sampling import row_noise_seed, sample_cast
+from wam_cast.parallel.workers import Workers, run_rows
+from wam_cast.scenario import Scenario
+
+Engine = Literal["drake", "batch"]
+
+BLOCK = 500
+"""Casts that a process simulates with the batched engine before it hands them over: enough that compiling it is paid for."""
+
+
+def checked_engine(engine: str, scenario: Scenario, *, has_own_controller: bool) -> str:
+    """Return the name of an engine that can simulate `scenario`. Raises `.InputError` if it cannot."""
+    if engine not in get_args(Engine):
+        raise InputError(f"engine = {quoted(engine)} must be {' or '.join(get_args(Engine))}")
+    if engine == "batch":
+        if has_own_controller:
+            raise InputError("engine = batch knows the package's own controller alone; leave make_controller out, or take drake")
+        from wam_cast.batch.engine import n_steps
+        from wam_cast.simulation.loop_stability import check_loop
+
+        check_loop(scenario, scenario)
+        n_steps(scenario)
+    return engine
+
+
+def rows_in_blocks(
+    scenario: Scenario,
+    seed: int,
+    todo: Collection[int],
+    executor: Executor | Workers | None = None,
+    n_workers: int | None = None,
+) -> Iterator[dict[str, Any]]:
+    """Yield the rows `todo` of a seed, ascending, by the batched engine, in processes as `run_rows` has them."""
+    wanted = sorted(todo)
+    simulate = partial(simulate_block, scenario, seed, wanted[-1] + 1 if wanted else 0)
+    blocks = sorted({row // BLOCK for row in wanted})
+    kept = set(wanted)
+    with closing(run_rows(simulate, blocks, executor, n_workers)) as simulated:
+        for rows in simulated:
+            yield from (row for row in rows if row["cast"] in kept)
+
+
+def simulate_block(scenario: Scenario, seed: int, n_casts: int, block: int) -> list[dict[str, Any]]:
+    """Simulate the casts of a block of rows, up to `n_casts`, and return their columns; what workers run."""
+    from wam_cast.batch.engine import simulate_batch
+
+    rows = range(block * BLOCK, min((block + 1) * BLOCK, n_casts))
+    casts = [sample_cast(scenario, seed, row).to_array() for row in rows]
+    frame = simulate_batch(scenario, casts, [row_noise_seed(seed, row) for row in rows])
+    found: list[dict[str, Any]] = frame.assign(cast=rows).to_dict("records")
+    return found

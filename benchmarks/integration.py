@@ -22,7 +22,7 @@ os.environ.update(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1")
 import numpy as np
 
 from wam_cast.cli.terminal import out, print_table
-from wam_cast.learning.sampling import sample_cast
+from wam_cast.generation.sampling import sample_cast
 from wam_cast.scenario import Scenario
 from wam_cast.simulation import contact_free
 from wam_cast.simulation.outcome import Outcome, Status

@@ -19,7 +19,7 @@ from rich.progress import track
 
 from wam_cast.cast import Cast
 from wam_cast.cli.terminal import out, print_table
-from wam_cast.learning.sampling import sample_cast
+from wam_cast.generation.sampling import sample_cast
 from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.simulator import CastSimulator

@@ -30,7 +30,7 @@ from rich.console import Console
 from rich.progress import Progress
 
 from wam_cast.errors import InputError
-from wam_cast.learning.sampling import sample_cast
+from wam_cast.generation.sampling import sample_cast
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.loop_stability import check_loop
 from wam_cast.simulation.outcome import Outcome, Status

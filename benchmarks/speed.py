@@ -20,7 +20,7 @@ from pydrake.systems.analysis import Simulator
 
 from wam_cast.cast import Cast
 from wam_cast.cli.terminal import out, print_table
-from wam_cast.learning.sampling import sample_cast
+from wam_cast.generation.sampling import sample_cast
 from wam_cast.robot.controller import CastController
 from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Cup, Scenario

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from pydantic import BaseModel
 
 from wam_cast.cast import Cast, cast_bounds, checked_cup, default_cast, is_allowed
-from wam_cast.learning.sampling import sample_cast
+from wam_cast.generation.sampling import sample_cast
 from wam_cast.scenario import Scenario
 
 pytestmark = pytest.mark.usefixtures("little_memory")

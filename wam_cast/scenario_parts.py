@@ -284,7 +284,7 @@ class Motion(Part):
 class Noise(Part):
     """What a real cast does not repeat; all zero, and so off, by default.
 
-    The noise of a cast is drawn from a seed, see `wam_cast.noise_draws`: the same seed gives the same cast.
+    The noise of a cast is drawn from a seed, see `wam_cast.motion.noise_draws`: the same seed gives the same cast.
 
     Attributes
     ----------

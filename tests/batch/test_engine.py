@@ -7,7 +7,7 @@ from pydrake.systems.analysis import ResetIntegratorFromFlags
 
 from wam_cast.batch.engine import simulate_batch
 from wam_cast.cast import Cast
-from wam_cast.learning.sampling import sample_cast
+from wam_cast.generation.sampling import sample_cast
 from wam_cast.scenario import Noise, Scenario
 from wam_cast.simulation import contact_free, rest_of_drop
 from wam_cast.simulation.simulator import CastSimulator

@@ -19,8 +19,8 @@ from wam_cast.cast import cast_bounds
 from wam_cast.errors import InputError
 from wam_cast.experiments.statistics import wilson_interval
 from wam_cast.experiments.trials import draw_cups, hits
+from wam_cast.generation.sampling import sample_casts
 from wam_cast.learning.reference import reference_model
-from wam_cast.learning.sampling import sample_casts
 from wam_cast.planning.plan import plan_cast
 from wam_cast.planning.reach import Reach
 from wam_cast.simulation.outcome import Status

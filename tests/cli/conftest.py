@@ -10,8 +10,8 @@ import pytest
 
 import wam_cast
 from wam_cast.cli import main, model_choice
+from wam_cast.generation.sampling import sample_cast
 from wam_cast.learning import dataset
-from wam_cast.learning.sampling import sample_cast
 
 ROOT = Path(wam_cast.__file__).parents[1]
 

@@ -13,8 +13,8 @@ from wam_cast.experiments.paper import learning_curves, settings
 from wam_cast.experiments.paper import report_figures as figures
 from wam_cast.experiments.paper import reproduce as run
 from wam_cast.experiments.paper.report_figures import CAPTIONS
+from wam_cast.generation.sampling import sample_cast
 from wam_cast.learning import dataset
-from wam_cast.learning.sampling import sample_cast
 from wam_cast.simulation.outcome import Outcome, Status
 
 SLACK = 0.05

@@ -5,8 +5,8 @@ import time
 
 import numpy as np
 
+from wam_cast.generation.sampling import sample_cast
 from wam_cast.learning import dataset
-from wam_cast.learning.sampling import sample_cast
 
 SECONDS = 0.005
 """That a cast takes: enough to be ended in the middle of."""

@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as stn
 
 from wam_cast.cast import PARAMETERS
+from wam_cast.generation.sampling import sample_cast, sample_casts
 from wam_cast.learning import dataset
 from wam_cast.learning.dataset import CastDataset, generate_dataset
 from wam_cast.learning.forward_model import ForwardModel
-from wam_cast.learning.sampling import sample_cast, sample_casts
 from wam_cast.scenario import Scenario
 from wam_cast.storage.casts_part import SCHEMA
 

@@ -16,9 +16,9 @@ from scipy.stats import kstest
 
 from wam_cast.cast import PARAMETERS, Cast, is_allowed
 from wam_cast.errors import InputError, MachineError
+from wam_cast.generation.sampling import row_noise_seed, sample_cast, sample_casts
 from wam_cast.learning import dataset
 from wam_cast.learning.dataset import CastDataset, generate_dataset
-from wam_cast.learning.sampling import row_noise_seed, sample_cast, sample_casts
 from wam_cast.scenario import Noise, Scenario
 from wam_cast.storage import casts_part
 from wam_cast.storage import dataset_directory as storage

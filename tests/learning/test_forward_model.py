@@ -16,13 +16,13 @@ import pytest
 from wam_cast.arm.arm_model import models_directory
 from wam_cast.cast import PARAMETERS, cast_bounds
 from wam_cast.errors import InputError
+from wam_cast.generation.sampling import sample_casts
 from wam_cast.learning.dataset import CastDataset
 from wam_cast.learning.forward_model import ForwardModel
 from wam_cast.learning.hyperparameters import tune_by_lbfgs
 from wam_cast.learning.kernel_ridge import KernelRidge
 from wam_cast.learning.losses import LeaveOneOutLoss
 from wam_cast.learning.parts import Parts
-from wam_cast.learning.sampling import sample_casts
 from wam_cast.parallel.threads import one_thread
 from wam_cast.planning.prediction import OUTPUTS
 from wam_cast.scenario import Ball, Cup, Noise, Scenario

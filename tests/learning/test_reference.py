@@ -8,11 +8,11 @@ import pytest
 from scipy.stats import norm
 
 from wam_cast.cast import PARAMETERS
+from wam_cast.generation.sampling import sample_casts
 from wam_cast.learning.dataset import simulate_row
 from wam_cast.learning.forward_model import ForwardModel
 from wam_cast.learning.parts import split_casts
 from wam_cast.learning.reference import reference_dataset, reference_model
-from wam_cast.learning.sampling import sample_casts
 from wam_cast.scenario import Scenario
 
 

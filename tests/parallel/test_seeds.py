@@ -4,7 +4,7 @@ from itertools import product
 
 import numpy as np
 
-from wam_cast.learning.sampling import row_noise_seed
+from wam_cast.generation.sampling import row_noise_seed
 from wam_cast.parallel.seeds import Purpose, derived_seed
 
 

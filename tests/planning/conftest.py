@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from wam_cast.cast import cast_bounds
-from wam_cast.learning.sampling import sample_casts
+from wam_cast.generation.sampling import sample_casts
 from wam_cast.planning.prediction import Linearization
 from wam_cast.scenario import Scenario
 

@@ -9,8 +9,8 @@ from scipy.stats import kstest
 from wam_cast.cast import PARAMETERS, Cast
 from wam_cast.casting_plane import to_casting_plane
 from wam_cast.errors import InputError
+from wam_cast.motion.noise_draws import CHUNK, Source, executed_cast, random_stream, swing_at_start, torque_deviates
 from wam_cast.motion.stages import CastMotion
-from wam_cast.noise_draws import CHUNK, Source, executed_cast, random_stream, swing_at_start, torque_deviates
 from wam_cast.robot.controller import CastController
 from wam_cast.robot.encoders import encoder_resolution
 from wam_cast.robot.motors import saturate

@@ -5,7 +5,7 @@ import pytest
 
 from wam_cast.cast import Cast
 from wam_cast.errors import InputError
-from wam_cast.learning.sampling import sample_cast
+from wam_cast.generation.sampling import sample_cast
 from wam_cast.robot.controller import CastController
 from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Noise, Scenario

@@ -15,7 +15,7 @@ from laboratory_scenarios import (
 
 from wam_cast.errors import InputError
 from wam_cast.experiments.preview_verdict import Fate, fate_of
-from wam_cast.learning.sampling import sample_cast
+from wam_cast.generation.sampling import sample_cast
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.outcome import Status
 from wam_cast.simulation.simulator import CastSimulator

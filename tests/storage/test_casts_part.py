@@ -16,9 +16,9 @@ import pyarrow.parquet as pq
 import pytest
 
 from wam_cast.errors import InputError
+from wam_cast.generation.sampling import sample_cast
 from wam_cast.learning import dataset
 from wam_cast.learning.dataset import CastDataset, generate_dataset
-from wam_cast.learning.sampling import sample_cast
 from wam_cast.scenario import Scenario
 from wam_cast.storage.casts_part import LANDED, SCHEMA
 

@@ -9,9 +9,9 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from wam_cast.errors import InputError
+from wam_cast.generation.sampling import sample_cast
 from wam_cast.learning import dataset
 from wam_cast.learning.dataset import CastDataset, generate_dataset
-from wam_cast.learning.sampling import sample_cast
 from wam_cast.scenario import Scenario
 from wam_cast.storage.casts_part import SCHEMA
 from wam_cast.storage.dataset_directory import DatasetDirectory

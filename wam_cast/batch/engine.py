@@ -21,8 +21,8 @@ from wam_cast.batch.landing import Landing, landing
 from wam_cast.batch.numbers import CastNumbers, numbers, stacked
 from wam_cast.cast import PARAMETERS, Cast
 from wam_cast.errors import InputError
+from wam_cast.motion.noise_draws import CHUNK, first_torque_deviates
 from wam_cast.motion.pendulum import fastest_swing
-from wam_cast.noise_draws import CHUNK, first_torque_deviates
 from wam_cast.scenario import Scenario
 from wam_cast.storage.casts_part import SCHEMA, STATUSES
 from wam_cast.types import Array

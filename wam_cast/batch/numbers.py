@@ -15,11 +15,11 @@ from wam_cast.arm.arm_chain import ArmChain, arm_chain
 from wam_cast.arm.arm_model import arm_model
 from wam_cast.arm.posture import base_rotation, hand_rotation, starting_posture
 from wam_cast.cast import Cast
+from wam_cast.motion.noise_draws import executed_cast, swing_at_start
 from wam_cast.motion.pendulum import Pendulum
+from wam_cast.motion.string_chain import hook_angles, string_chain
 from wam_cast.motion.turn import turn_duration
-from wam_cast.noise_draws import executed_cast, swing_at_start
 from wam_cast.scenario import Scenario
-from wam_cast.string_chain import hook_angles, string_chain
 
 Numbers = Any
 """A numpy array, or one of JAX."""

@@ -25,7 +25,7 @@ from wam_cast.experiments.preview_verdict import (
     verdict_of,
 )
 from wam_cast.experiments.statistics import wilson_interval
-from wam_cast.learning.sampling import row_noise_seed, sample_cast
+from wam_cast.generation.sampling import row_noise_seed, sample_cast
 from wam_cast.parallel.workers import available_processors
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.outcome import Outcome, Status

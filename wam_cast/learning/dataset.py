@@ -17,19 +17,16 @@ import pandas as pd
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from wam_cast.cast import Cast
 from wam_cast.controller_names import DEFAULT_CONTROLLER, controller_name
 from wam_cast.errors import InputError, checked_integer
-from wam_cast.learning.engines import checked_engine, rows_in_blocks
-from wam_cast.learning.sampling import row_noise_seed, sample_cast
+from wam_cast.generation.engines import Row, checked_engine, rows_in_blocks, simulate_row
+from wam_cast.generation.sampling import sample_cast
 from wam_cast.parallel.workers import Workers, run_rows
 from wam_cast.scenario import Scenario
 from wam_cast.storage.casts_part import SCHEMA, PartError, UnreadablePartError, concatenated
 from wam_cast.storage.dataset_directory import DatasetDirectory, part_rows
 from wam_cast.storage.manifest import MOST_CASTS
 from wam_cast.types import Array, checks_types
-
-Row = dict[str, Any]
 
 SPLIT = (1300, 300, 100)
 """Proportions of training, validation and test rows: the paper's numbers of casts."""
@@ -237,34 +234,6 @@ def generate_dataset(
 
 def _draw(scenario: Scenario, seed: int) -> Callable[[int], Array]:
     return lambda row: sample_cast(scenario, seed, row).to_array()
-
-
-def simulate_row(
-    scenario: Scenario, seed: int, row: int, *, make_controller: Callable[[Scenario], Any] | None = None
-) -> Row:
-    """Simulate one row of a dataset and return its columns; what workers run."""
-    # Only who simulates needs Drake; loading a dataset does without.
-    from wam_cast.simulation.simulator import simulate_cast
-
-    cast = sample_cast(scenario, seed, row)
-    outcome = simulate_cast(scenario, cast, noise_seed=row_noise_seed(seed, row), make_controller=make_controller)
-    return _cast_columns(row, cast) | {
-        "landing_along": outcome.landing_along,
-        "landing_across": outcome.landing_across,
-        "status": outcome.status.value,
-        "crossing_time": outcome.crossing_time,
-        "entry_speed": outcome.entry_speed,
-        "entry_angle": outcome.entry_angle,
-        "is_slack": outcome.is_slack,
-        "slack": outcome.slack,
-        "peak_torque_utilization": float(np.max(outcome.peak_torque_utilization)),
-        "peak_velocity_utilization": float(np.max(outcome.peak_velocity_utilization)),
-        "peak_tracking_error": outcome.peak_tracking_error,
-    }
-
-
-def _cast_columns(row: int, cast: Cast) -> Row:
-    return {"cast": row, "distance": cast.distance, "speed": cast.speed, "wait": cast.wait}
 
 
 def _counted(

@@ -9,8 +9,8 @@ from typing import NamedTuple, Self
 import numpy as np
 from scipy.linalg import eigh
 
+from wam_cast.motion.string_chain import string_chain
 from wam_cast.scenario import Scenario
-from wam_cast.string_chain import string_chain
 from wam_cast.types import Array
 
 

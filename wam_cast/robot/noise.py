@@ -1,4 +1,4 @@
-"""TorqueNoise: the noise of the commanded torques as a block. What it draws, and the rest of a cast's noise: `wam_cast.noise_draws`."""
+"""TorqueNoise: the noise of the commanded torques as a block. What it draws, and the rest of a cast's noise: `wam_cast.motion.noise_draws`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 from pydrake.common.value import Value
 from pydrake.systems.framework import AbstractParameterIndex, BasicVector, Context
 
-from wam_cast.noise_draws import torque_deviates
+from wam_cast.motion.noise_draws import torque_deviates
 from wam_cast.robot.drake_types import evaluate, held
 from wam_cast.robot.plant import N_ARM
 from wam_cast.robot.python_system import PythonSystem

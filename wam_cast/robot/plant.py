@@ -30,10 +30,10 @@ from scipy.optimize import brentq
 from wam_cast.arm.arm_model import arm_model
 from wam_cast.arm.posture import base_rotation
 from wam_cast.cast import default_cup
+from wam_cast.motion.string_chain import STRING_RADIUS, hook_angles, string_chain
 from wam_cast.robot.cup_mesh import cup_mesh
 from wam_cast.robot.drake_types import translation
 from wam_cast.scenario import Arm, Ball, Cup, Scenario, String
-from wam_cast.string_chain import STRING_RADIUS, hook_angles, string_chain
 from wam_cast.types import Array, Position
 
 N_ARM = 7

@@ -20,8 +20,8 @@ from wam_cast.arm.posture import starting_posture
 from wam_cast.cast import Cast
 from wam_cast.casting_plane import to_casting_plane
 from wam_cast.errors import InputError
+from wam_cast.motion.noise_draws import executed_cast, swing_at_start
 from wam_cast.motion.stages import CastMotion
-from wam_cast.noise_draws import executed_cast, swing_at_start
 from wam_cast.robot.ball_tracker import BallTracker
 from wam_cast.robot.controller import CastController
 from wam_cast.robot.drake_types import add_system, evaluate, own_context, translation

@@ -19,7 +19,7 @@ from threadpoolctl import threadpool_limits
 
 from wam_cast.cast import cast_bounds
 from wam_cast.experiments.paper import baselines
-from wam_cast.learning.sampling import sample_casts
+from wam_cast.generation.sampling import sample_casts
 from wam_cast.scenario import Scenario
 
 BOUNDS = cast_bounds(Scenario())

@@ -24,8 +24,8 @@ from wam_cast.experiments.paper.report_figures import CAPTIONS, draw_figures
 from wam_cast.experiments.paper.selection import Chosen, Selection, select_models
 from wam_cast.experiments.paper.settings import PLANNERS, OnProgress, Settings
 from wam_cast.experiments.trials import Thrower, line_of_cups, plan_and_execute
+from wam_cast.generation.engines import checked_engine
 from wam_cast.learning.dataset import CastDataset, generate_dataset
-from wam_cast.learning.engines import checked_engine
 from wam_cast.learning.forward_model import ForwardModel
 from wam_cast.learning.parts import Parts, split_casts
 from wam_cast.parallel.workers import Workers

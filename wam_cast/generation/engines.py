@@ -1,18 +1,22 @@
-"""Which engine simulates a dataset's casts: Drake's, a cast at a time, or the batched one."""
+"""What simulates a dataset's casts: Drake, a cast at a time, or the batched engine, blocks of them."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from concurrent.futures import Executor
 from contextlib import closing
 from functools import partial
 from typing import Any, Literal, get_args
 
+import numpy as np
+
+from wam_cast.cast import Cast
 from wam_cast.errors import InputError, quoted
-from wam_cast.learning.sampling import row_noise_seed, sample_cast
+from wam_cast.generation.sampling import row_noise_seed, sample_cast
 from wam_cast.parallel.workers import Workers, run_rows
 from wam_cast.scenario import Scenario
 
+Row = dict[str, Any]
 Engine = Literal["drake", "batch"]
 
 BLOCK = 500
@@ -25,7 +29,9 @@ def checked_engine(engine: str, scenario: Scenario, *, has_own_controller: bool)
         raise InputError(f"engine = {quoted(engine)} must be {' or '.join(get_args(Engine))}")
     if engine == "batch":
         if has_own_controller:
-            raise InputError("engine = batch knows the package's own controller alone; leave make_controller out, or take drake")
+            raise InputError(
+                "engine = batch knows the package's own controller alone; leave make_controller out, or take drake"
+            )
         from wam_cast.batch.engine import n_steps
         from wam_cast.simulation.loop_stability import check_loop
 
@@ -34,13 +40,41 @@ def checked_engine(engine: str, scenario: Scenario, *, has_own_controller: bool)
     return engine
 
 
+def simulate_row(
+    scenario: Scenario, seed: int, row: int, *, make_controller: Callable[[Scenario], Any] | None = None
+) -> Row:
+    """Simulate one row of a dataset and return its columns; what workers run."""
+    # Only who simulates needs Drake; loading a dataset does without.
+    from wam_cast.simulation.simulator import simulate_cast
+
+    cast = sample_cast(scenario, seed, row)
+    outcome = simulate_cast(scenario, cast, noise_seed=row_noise_seed(seed, row), make_controller=make_controller)
+    return _cast_columns(row, cast) | {
+        "landing_along": outcome.landing_along,
+        "landing_across": outcome.landing_across,
+        "status": outcome.status.value,
+        "crossing_time": outcome.crossing_time,
+        "entry_speed": outcome.entry_speed,
+        "entry_angle": outcome.entry_angle,
+        "is_slack": outcome.is_slack,
+        "slack": outcome.slack,
+        "peak_torque_utilization": float(np.max(outcome.peak_torque_utilization)),
+        "peak_velocity_utilization": float(np.max(outcome.peak_velocity_utilization)),
+        "peak_tracking_error": outcome.peak_tracking_error,
+    }
+
+
+def _cast_columns(row: int, cast: Cast) -> Row:
+    return {"cast": row, "distance": cast.distance, "speed": cast.speed, "wait": cast.wait}
+
+
 def rows_in_blocks(
     scenario: Scenario,
     seed: int,
     todo: Collection[int],
     executor: Executor | Workers | None = None,
     n_workers: int | None = None,
-) -> Iterator[dict[str, Any]]:
+) -> Iterator[Row]:
     """Yield the rows `todo` of a seed, ascending, by the batched engine, in processes as `run_rows` has them."""
     wanted = sorted(todo)
     simulate = partial(simulate_block, scenario, seed, wanted[-1] + 1 if wanted else 0)
@@ -51,12 +85,12 @@ def rows_in_blocks(
             yield from (row for row in rows if row["cast"] in kept)
 
 
-def simulate_block(scenario: Scenario, seed: int, n_casts: int, block: int) -> list[dict[str, Any]]:
+def simulate_block(scenario: Scenario, seed: int, n_casts: int, block: int) -> list[Row]:
     """Simulate the casts of a block of rows, up to `n_casts`, and return their columns; what workers run."""
     from wam_cast.batch.engine import simulate_batch
 
     rows = range(block * BLOCK, min((block + 1) * BLOCK, n_casts))
     casts = [sample_cast(scenario, seed, row).to_array() for row in rows]
     frame = simulate_batch(scenario, casts, [row_noise_seed(seed, row) for row in rows])
-    found: list[dict[str, Any]] = frame.assign(cast=rows).to_dict("records")
+    found: list[Row] = frame.assign(cast=rows).to_dict("records")
     return found

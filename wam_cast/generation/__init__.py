@@ -1,0 +1,1 @@
+"""Casts drawn at random and simulated: a dataset's rows, by one engine or the other."""

@@ -28,7 +28,7 @@ BELOW = {
     "robot": ("base", "motion"),
     "simulation": ("base", "motion", "robot"),
     "batch": ("base", "motion", "storage"),
-    "generation": ("base", "parallel", "motion", "simulation", "batch"),
+    "generation": ("base", "parallel", "storage", "motion", "simulation", "batch"),
     "planning": ("base", "parallel"),
     "learning": ("base", "parallel", "storage", "generation", "planning"),
     "visualization": ("base", "storage", "motion", "robot", "simulation", "planning", "learning"),

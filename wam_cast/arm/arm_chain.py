@@ -57,40 +57,25 @@ def arm_chain(arm: Arm) -> ArmChain:
     """Return the chain of a scenario's arm, whose numbers are scaled as the scenario says. Raises `.InputError` as `.arm_model`."""
     model = arm_model(arm)
     root = ET.fromstring(model.urdf)
-    by_name = {joint.get("name"): joint for joint in root.findall("joint")}
-    joints = [by_name[name] for name in JOINTS]
     above = {link_of(joint.find("child")): joint for joint in root.findall("joint")}
-    frames = [_place(f"link{i + 1}", above) for i in range(7)]
-    turned = [
-        R @ _z_onto(numbers(joint.find("axis"), "xyz", "1 0 0"))
-        for (_, R, _), joint in zip(frames, joints, strict=True)
-    ]
-    R_hand, p_hand = _pose_in("link7", "tool_plate", above)
-    axis_7 = _z_onto(numbers(joints[6].find("axis"), "xyz", "1 0 0"))
-    before = [np.eye(3), *(_z_onto(numbers(joint.find("axis"), "xyz", "1 0 0")) for joint in joints[:-1])]
-    R = np.array([*(b.T @ t for b, t in zip(before, turned, strict=True)), axis_7.T @ R_hand])
-    p = np.array([*(b.T @ p for b, (_, _, p) in zip(before, frames, strict=True)), axis_7.T @ p_hand])
-    bodies = [
-        _body(root, f"link{i + 1}", above, _z_onto(numbers(joint.find("axis"), "xyz", "1 0 0")))
-        for i, joint in enumerate(joints)
-    ]
-    motors = [root.find(f"transmission/joint[@name='{name}']/../actuator") for name in JOINTS]
-    gear = np.array([number(motor.find(f"{DRAKE}gear_ratio"), "value") for motor in motors])
-    rotor = np.array([number(motor.find(f"{DRAKE}rotor_inertia"), "value") for motor in motors])
-    limits = {
-        key: np.array([number(joint.find("limit"), key) for joint in joints])
-        for key in ("effort", "velocity", "lower", "upper")
-    }
+    joints = [above[f"link{i}"] for i in range(1, 8)]
+    # What turns a link's own frame to that of the chain.
+    turns = [_z_onto(numbers(joint.find("axis"), "xyz", "1 0 0")) for joint in joints]
+    poses = [_joint_pose(joint, above) for joint in joints] + [_pose_on_carrier("tool_plate", above)[1:]]
+    before, after = [np.eye(3), *turns], [*turns, np.eye(3)]
+    mass, moment, inertia = _bodies(root, above, turns)
+    motors = {key: _of_motors(root, key) for key in ("rotor_inertia", "gear_ratio")}
+    limits = {key: _of_joints(joints, "limit", key) for key in ("effort", "velocity", "lower", "upper")}
     chain = ArmChain(
-        R=R,
-        p=p,
-        mass=np.array([mass for mass, _, _ in bodies]),
-        moment=np.array([moment for _, moment, _ in bodies]),
-        inertia=np.array([inertia for _, _, inertia in bodies]),
-        rotor_inertia=rotor * gear**2,
-        damping=np.array([number(joint.find("dynamics"), "damping") for joint in joints]),
+        R=np.array([b.T @ R @ a for b, (R, _), a in zip(before, poses, after, strict=True)]),
+        p=np.array([b.T @ p for b, (_, p) in zip(before, poses, strict=True)]),
+        mass=mass,
+        moment=moment,
+        inertia=inertia,
+        rotor_inertia=motors["rotor_inertia"] * motors["gear_ratio"] ** 2,
+        damping=_of_joints(joints, "dynamics", "damping"),
         coulomb_friction=model.coulomb_friction,
-        gear_ratio=gear,
+        gear_ratio=motors["gear_ratio"],
         torque_limits=limits["effort"],
         velocity_limits=limits["velocity"],
         lower=limits["lower"],
@@ -101,6 +86,15 @@ def arm_chain(arm: Arm) -> ArmChain:
     return chain
 
 
+def _of_joints(joints: list[Element], part: str, key: str) -> Array:
+    return np.array([number(joint.find(part), key) for joint in joints])
+
+
+def _of_motors(root: Element, key: str) -> Array:
+    paths = (f"transmission/joint[@name='{name}']/../actuator/{DRAKE}{key}" for name in JOINTS)
+    return np.array([number(root.find(path), "value") for path in paths])
+
+
 def _z_onto(axis: Array) -> Array:
     """Return a rotation that takes z onto `axis`, (3,)."""
     z = axis / np.linalg.norm(axis)
@@ -109,49 +103,39 @@ def _z_onto(axis: Array) -> Array:
     return np.column_stack([x, np.cross(z, x), z])
 
 
-def _place(link: str, above: dict[str, Element]) -> tuple[str, Array, Array]:
-    """Return the moving link (or the base) that `link` hangs on, and its joint's frame there, R (3, 3) and p (3,), at zero."""
+def _pose_on_carrier(link: str, above: dict[str, Element]) -> tuple[str, Array, Array]:
+    """Return the moving link, or the base, that `link` is or is fixed to, and its pose there, R (3, 3) and p (3,) [m]."""
     R, p = np.eye(3), np.zeros(3)
-    while True:
+    while link != "base" and above[link].get("name") not in JOINTS:
         joint = above[link]
         R_joint = rotation(numbers(joint.find("origin"), "rpy"))
         R, p = R_joint @ R, numbers(joint.find("origin"), "xyz") + R_joint @ p
         link = link_of(joint.find("parent"))
-        if link == "base" or above[link].get("name") in JOINTS:
-            return link, R, p
+    return link, R, p
 
 
-def _pose_in(link: str, fixed: str, above: dict[str, Element]) -> tuple[Array, Array]:
-    """Return the pose of a link that is fixed to `link` in its frame, R (3, 3) and p (3,)."""
-    R, p = np.eye(3), np.zeros(3)
-    while fixed != link:
-        joint = above[fixed]
-        R_joint = rotation(numbers(joint.find("origin"), "rpy"))
-        R, p = R_joint @ R, numbers(joint.find("origin"), "xyz") + R_joint @ p
-        fixed = link_of(joint.find("parent"))
-    return R, p
+def _joint_pose(joint: Element, above: dict[str, Element]) -> tuple[Array, Array]:
+    """Return the pose of a joint that moves in the frame of the link, or base, before, at zero, R (3, 3) and p (3,) [m]."""
+    _, R, p = _pose_on_carrier(link_of(joint.find("parent")), above)
+    origin = joint.find("origin")
+    return R @ rotation(numbers(origin, "rpy")), p + R @ numbers(origin, "xyz")
 
 
-def _body(root: Element, link: str, above: dict[str, Element], R_frame: Array) -> tuple[float, Array, Array]:
-    """Return mass, moment (3,) and inertia (3, 3) of a link and all that is fixed to it, in its frame turned by `R_frame`."""
-    mass, moment, inertia = 0.0, np.zeros(3), np.zeros((3, 3))
+def _bodies(root: Element, above: dict[str, Element], turns: list[Array]) -> tuple[Array, Array, Array]:
+    """Return mass, moment and inertia of the links with all that is fixed to them: see `ArmChain`."""
+    mass, moment, inertia = np.zeros(7), np.zeros((7, 3)), np.zeros((7, 3, 3))
     for part in root.findall("link"):
-        name, inertial = part.get("name", ""), part.find("inertial")
-        if inertial is None or _carrier(name, above) != link:
+        carrier, R, p = _pose_on_carrier(part.get("name", ""), above)
+        inertial = part.find("inertial")
+        if inertial is None or carrier == "base":
             continue
-        R, p = _pose_in(link, name, above)
-        R_i = R @ rotation(numbers(inertial.find("origin"), "rpy"))
-        c = p + R @ numbers(inertial.find("origin"), "xyz")
+        i = int(carrier.removeprefix("link")) - 1
+        m, origin = number(inertial.find("mass"), "value"), inertial.find("origin")
         xx, xy, xz, yy, yz, zz = (number(inertial.find("inertia"), key) for key in MOMENTS)
-        m = number(inertial.find("mass"), "value")
-        I_own = R_i @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R_i.T
-        mass, moment = mass + m, moment + m * c
-        inertia = inertia + I_own + m * (c @ c * np.eye(3) - np.outer(c, c))
-    return mass, R_frame.T @ moment, R_frame.T @ inertia @ R_frame
-
-
-def _carrier(link: str, above: dict[str, Element]) -> str:
-    """Return the moving link that `link` is or is fixed to, or the base."""
-    while link != "base" and above[link].get("name") not in JOINTS:
-        link = link_of(above[link].find("parent"))
-    return link
+        R_own = turns[i].T @ R @ rotation(numbers(origin, "rpy"))
+        c = turns[i].T @ (p + R @ numbers(origin, "xyz"))
+        about_centre = R_own @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R_own.T
+        mass[i] += m
+        moment[i] += m * c
+        inertia[i] += about_centre + m * (c @ c * np.eye(3) - np.outer(c, c))
+    return mass, moment, inertia

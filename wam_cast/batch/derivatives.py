@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import lru_cache
@@ -12,6 +11,7 @@ import jax
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
+from pydantic import BaseModel
 
 from wam_cast.batch.arguments import checked_casts, checked_seeds
 from wam_cast.batch.engine import Batch, Chunk, double, tell
@@ -31,7 +31,6 @@ SMALL = 1e-3
 """Parameters that are smaller count as this."""
 
 OF_THE_CAST = ("distance", "speed", "wait", "bearing")
-PATH = re.compile(r"(\w+)(?:\.(\w+))?(?:\[(\d+)\])?")
 
 
 def batch_derivatives(
@@ -86,31 +85,29 @@ Change = Callable[[Cast, float], tuple[Scenario, Cast]]
 def _direction(scenario: Scenario, name: str) -> tuple[Change, float]:
     """Return what gives scenario and cast with a parameter changed by so much, and by how much to change it."""
     if name in OF_THE_CAST:
-        return lambda cast, by: (
-            scenario,
-            replace(cast, **{name: getattr(cast, name) + by}),
-        ), SMALL * RELATIVE_STEP * 1e2
-    match = PATH.fullmatch(name)
-    part, field, joint = match.groups() if match else (None, None, None)
-    holder = getattr(scenario, part, None) if part in type(scenario).model_fields else None
-    if field is None and isinstance(holder, float) and joint is None:
-        return lambda cast, by: (scenario.model_copy(update={part: holder + by}), cast), RELATIVE_STEP * holder
-    value = getattr(holder, field, None) if field in getattr(type(holder), "model_fields", {}) else None
-    n = len(value) if isinstance(value, tuple) else 0
-    is_vector = n > 0 and all(isinstance(one, float) for one in value)
-    if not (is_vector or (isinstance(value, float) and joint is None)) or (joint and not 1 <= int(joint) <= n):
+        return lambda cast, by: (scenario, replace(cast, **{name: getattr(cast, name) + by})), RELATIVE_STEP
+    path, _, joint = name.removesuffix("]").partition("[")
+    part, _, field = path.partition(".")
+    holder = getattr(scenario, part, None) if field else scenario
+    key = field or part
+    value = getattr(holder, key) if isinstance(holder, BaseModel) and key in type(holder).model_fields else None
+    values = np.array(value if isinstance(value, tuple) else [value])
+    joints = {str(i) for i in range(1, len(values) + 1)} if isinstance(value, tuple) else set()
+    if values.dtype.kind != "f" or ((joint or "[" in name) and joint not in joints):
         raise InputError(
             f"parameter {quoted(name)}: name {', '.join(OF_THE_CAST)}, or a number of the scenario, such as string.length or "
             "arm.mass_scale[4]"
         )
-    moves = [not joint or k == int(joint) for k in range(1, n + 1)]
-    size = max(np.max(np.abs(value)), SMALL) * RELATIVE_STEP
+    moves = np.array([joint in ("", str(i)) for i in range(1, len(values) + 1)])
 
     def changed(cast: Cast, by: float) -> tuple[Scenario, Cast]:
-        new = tuple(one + by * moved for one, moved in zip(value, moves, strict=True)) if is_vector else value + by
-        return scenario.model_copy(update={part: holder.model_copy(update={field: new})}), cast
+        moved = tuple((values + by * moves).tolist())
+        update: dict[str, Any] = {key: moved if isinstance(value, tuple) else moved[0]}
+        if field and isinstance(holder, BaseModel):
+            update = {part: holder.model_copy(update=update)}
+        return scenario.model_copy(update=update), cast
 
-    return changed, float(size)
+    return changed, RELATIVE_STEP * max(float(np.abs(values).max()), SMALL)
 
 
 def _tangent(way: tuple[Change, float], casts: list[tuple[Cast, int]], belief: Scenario | None) -> CastNumbers:
@@ -121,7 +118,7 @@ def _tangent(way: tuple[Change, float], casts: list[tuple[Cast, int]], belief: S
         return stacked([numbers(*change(cast, by), seed, belief) for cast, seed in casts], is_one=False)
 
     above, below = at(size), at(-size)
-    tangent = jax.tree.map(
+    tangent: CastNumbers = jax.tree.map(
         lambda a, b: (a - b) / (2 * size) if a.dtype.kind == "f" else np.zeros(a.shape, jax.dtypes.float0), above, below
     )
     # Rounded to control periods.

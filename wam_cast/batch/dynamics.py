@@ -1,7 +1,7 @@
 """Accelerations of arm, string and ball: Featherstone's articulated-body algorithm for their chain, for all casts at once.
 
-The chain has a revolute joint for each of the arm's, and a universal one for each link of the string and for the ball. Everything is
-in the world's axes, each body's about the origin of the joint that it hangs on: so what is handed from body to body needs no
+The chain has a revolute joint for each of the arm's, and a universal one for each link of the string and for the ball. Everything
+is in the world's axes, each body's about the origin of the joint that it hangs on: so what is handed from body to body needs no
 rotation. With alpha the angular acceleration of a body and a that of its joint's origin, of which gravity is a part, the moment and
 the force that move it and all that hangs on it are
 
@@ -83,7 +83,7 @@ class Articulated(NamedTuple):
         )
 
     def seen_from_before(self, offset: Vector) -> Articulated:
-        """Return that about a point `offset` before: I - H L + L (H + L M)^T, and H + L M, with L the matrix of its cross product."""
+        """Return that about a point `offset` before: I - H L + L (H + L M)^T and H + L M, with L its cross product."""
         H = Matrix(*(column + offset.cross(of_M) for column, of_M in zip(self.H, self.M.matrix, strict=True)))
         turned = self.H.crossed(offset)
         x, y, z = (a + offset.cross(row) for a, row in zip(turned, H.transposed, strict=True))
@@ -252,4 +252,5 @@ def ball_motion(numbers: CastNumbers, q: Any, v: Any) -> tuple[Vector, Vector, V
 
 def summed(vectors: Vector) -> Vector:
     """Return the sum over bodies of vectors whose elements are (n_bodies, n)."""
-    return jax.tree.map(lambda values: values.sum(0), vectors)
+    total: Vector = jax.tree.map(lambda values: values.sum(0), vectors)
+    return total

@@ -182,8 +182,9 @@ def n_steps(scenario: Scenario) -> int:
     needed = math.ceil(scenario.controller.period / longest - 1e-9)
     if needed > MOST_STEPS:
         raise InputError(
-            f"scenario: the string is so stiff or so damped that a control period takes {needed} integration steps, {MOST_STEPS} are "
-            "allowed; simulate it with Drake, whose implicit method takes it, or choose fewer string.n_links or less damping"
+            f"scenario: the string is so stiff or so damped that a control period takes {needed} integration steps, "
+            f"{MOST_STEPS} are allowed; simulate it with Drake, whose implicit method takes it, or choose fewer "
+            "string.n_links or less damping"
         )
     return max(needed, 1)
 

@@ -1,7 +1,7 @@
-"""The contact-free phase of all casts at once: control periods until every ball has come down, then the arms alone to the drop's end.
+"""The contact-free phase of all casts at once: until every ball has come down, then the arms alone to the drop's end.
 
-What is measured on the way, and at which samples, is what `wam_cast.simulation.contact_free` and `.judge` measure of one cast. Casts
-that have ended stay as they are while the others go on.
+What is measured on the way, and at which samples, is what `wam_cast.simulation.contact_free` and `.judge` measure of one cast.
+Casts that have ended stay as they are while the others go on.
 """
 
 from __future__ import annotations
@@ -280,7 +280,8 @@ def _integrate(numbers: CastNumbers, q: Any, v: Any, torque: Any, n_steps: Any) 
         start = (q, v, q, v, q, v, v, v)
         return jax.lax.scan(stage, start, jnp.arange(3))[0][4:6]
 
-    return jax.lax.fori_loop(0, n_steps, step, (q, v))
+    after: tuple[Any, Any] = jax.lax.fori_loop(0, n_steps, step, (q, v))
+    return after
 
 
 def _finish_drop(numbers: CastNumbers, deviates: Any, n_steps: Any, settings: Settings, flight: Flight) -> Flight:

@@ -29,9 +29,9 @@ class Reference(NamedTuple):
 def reference(motion: MotionNumbers, t: Any, *, has_turns: bool) -> Reference:
     """Return the reference up to the end of the hold at times `t` [s], (n,)."""
     m, since = motion, t - motion.turn_duration
-    value, rate = quintic_step(jnp.clip(since / m.move_duration, 0.0, 1.0))
+    value, rate = quintic_step(_share(since, m.move_duration))
     radius, outward = m.start_radius + m.distance * value, m.distance / m.move_duration * rate
-    value, rate = quintic_step(jnp.clip((since - m.move_duration - m.wait) / m.drop_duration, 0.0, 1.0))
+    value, rate = quintic_step(_share(since - m.move_duration - m.wait, m.drop_duration))
     height, upward = m.start_height - m.drop_distance * value, -m.drop_distance / m.drop_duration * rate
     c, s = jnp.cos(m.bearing), jnp.sin(m.bearing)
     p_WE, v_WE = Vector(radius * c, radius * s, height), Vector(outward * c, outward * s, upward)
@@ -39,17 +39,21 @@ def reference(motion: MotionNumbers, t: Any, *, has_turns: bool) -> Reference:
     if has_turns:
         is_turning = t < m.turn_duration
         duration = jnp.where(m.turn_duration > 0, m.turn_duration, 1.0)
-        step, change = nonic_step(jnp.clip(t / duration, 0.0, 1.0)), m.bearing - m.start_bearing
+        step, change = nonic_step(_share(t, duration)), m.bearing - m.start_bearing
         angle = m.start_bearing + change * step[0]
         rates = [change / duration**order * step[order] for order in (1, 2, 3)]
         pendulum = Pendulum(m.pendulum_length, m.gravity)
-        p, v = swung_hand(angle, *rates, m.start_radius, m.start_height - m.pendulum_length, pendulum, xp=jnp)
+        p, v = swung_hand((angle, *rates), m.start_radius, m.start_height - m.pendulum_length, pendulum, xp=jnp)
         p_WE, v_WE = (
             Vector(*(jnp.where(is_turning, a, b) for a, b in zip(turned, straight, strict=True)))
             for turned, straight in ((p, p_WE), (v, v_WE))
         )
         bearing, rate = jnp.where(is_turning, angle, bearing), jnp.where(is_turning, rates[0], rate)
     return Reference(p_WE, v_WE, bearing, rate)
+
+
+def _share(since: Any, duration: Any) -> Any:
+    return jnp.clip(since / duration, 0.0, 1.0)
 
 
 def measured(law: LawNumbers, q: Any, v: Any) -> tuple[Any, Any]:

@@ -233,13 +233,14 @@ def _of_scenario(scenario: Scenario, belief: Scenario) -> CastNumbers:
 
 
 def stacked(casts: Sequence[CastNumbers], *, is_one: bool) -> CastNumbers:
-    """Return the numbers of several casts, their last axis over casts; of one scenario, what it says has a last axis of length 1."""
+    """Return the numbers of several casts, their last axis over casts; what one scenario says has a last axis of length 1."""
 
     def stack(*values: Numbers) -> Numbers:
         is_the_same = is_one and all(value is values[0] for value in values)
         return values[0][..., None] if is_the_same else np.stack(values, axis=-1)
 
-    return _map(stack, *casts)
+    numbers: CastNumbers = _map(stack, *casts)
+    return numbers
 
 
 def _map(function: Any, *trees: Any) -> Any:

@@ -52,7 +52,8 @@ class Matrix(NamedTuple):
 
     def times(self, v: Vector) -> Vector:
         """Return the product with a vector."""
-        return self.x * v.x + self.y * v.y + self.z * v.z
+        product: Vector = self.x * v.x + self.y * v.y + self.z * v.z
+        return product
 
     def of(self, other: Matrix) -> Matrix:
         """Return the product with a matrix."""

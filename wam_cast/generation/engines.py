@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Generator
 from concurrent.futures import Executor
 from contextlib import closing
 from functools import partial
-from typing import Any, Literal, get_args
+from typing import Any, get_args
 
 import numpy as np
 
@@ -15,18 +15,19 @@ from wam_cast.errors import InputError, quoted
 from wam_cast.generation.sampling import row_noise_seed, sample_cast
 from wam_cast.parallel.workers import Workers, run_rows
 from wam_cast.scenario import Scenario
+from wam_cast.storage.manifest import Engine
 
 Row = dict[str, Any]
-Engine = Literal["drake", "batch"]
 
 BLOCK = 500
 """Casts that a process simulates with the batched engine before it hands them over: enough that compiling it is paid for."""
 
 
-def checked_engine(engine: str, scenario: Scenario, *, has_own_controller: bool) -> str:
+def checked_engine(engine: str, scenario: Scenario, *, has_own_controller: bool) -> Engine:
     """Return the name of an engine that can simulate `scenario`. Raises `.InputError` if it cannot."""
-    if engine not in get_args(Engine):
-        raise InputError(f"engine = {quoted(engine)} must be {' or '.join(get_args(Engine))}")
+    names: dict[str, Engine] = {name: name for name in get_args(Engine)}
+    if engine not in names:
+        raise InputError(f"engine = {quoted(engine)} must be {' or '.join(names)}")
     if engine == "batch":
         if has_own_controller:
             raise InputError(
@@ -37,7 +38,7 @@ def checked_engine(engine: str, scenario: Scenario, *, has_own_controller: bool)
 
         check_loop(scenario, scenario)
         n_steps(scenario)
-    return engine
+    return names[engine]
 
 
 def simulate_row(
@@ -74,7 +75,7 @@ def rows_in_blocks(
     todo: Collection[int],
     executor: Executor | Workers | None = None,
     n_workers: int | None = None,
-) -> Iterator[Row]:
+) -> Generator[Row]:
     """Yield the rows `todo` of a seed, ascending, by the batched engine, in processes as `run_rows` has them."""
     wanted = sorted(todo)
     simulate = partial(simulate_block, scenario, seed, wanted[-1] + 1 if wanted else 0)
@@ -92,5 +93,5 @@ def simulate_block(scenario: Scenario, seed: int, n_casts: int, block: int) -> l
     rows = range(block * BLOCK, min((block + 1) * BLOCK, n_casts))
     casts = [sample_cast(scenario, seed, row).to_array() for row in rows]
     frame = simulate_batch(scenario, casts, [row_noise_seed(seed, row) for row in rows])
-    found: list[Row] = frame.assign(cast=rows).to_dict("records")
-    return found
+    frame["cast"] = rows
+    return [{str(name): value for name, value in row.items()} for row in frame.to_dict("records")]

@@ -187,7 +187,8 @@ def generate_dataset(
     Raises
     ------
     InputError
-        If a number is no integer or out of range, there is no such engine here, workers could not import the controller, the directory holds something else,
+        If a number is no integer or out of range, there is no such engine here, workers could not import the controller, the
+        directory holds something else,
         cannot be written or is in use, or the scenario cannot be simulated.
     MachineError
         If the process of a cast dies again and again; finished parts stay.
@@ -201,7 +202,7 @@ def generate_dataset(
         checked_integer("n_workers", n_workers, 1)
         if executor is not None:
             raise InputError(f"n_workers = {n_workers}: an executor brings its own workers; leave one of the two out")
-    checked_engine(engine, scenario, has_own_controller=make_controller is not None)
+    simulator = checked_engine(engine, scenario, has_own_controller=make_controller is not None)
     controller, simulate = controller_name(make_controller), partial(simulate_row, scenario, seed)
     if make_controller is not None:
         simulate = partial(simulate, make_controller=make_controller)
@@ -209,7 +210,7 @@ def generate_dataset(
     with store or nullcontext():
         tables: list[pa.Table] = [SCHEMA.empty_table()] * len(part_rows(n_casts))
         if store is not None:
-            store.open(scenario, seed, n_casts, controller, engine)
+            store.open(scenario, seed, n_casts, controller, simulator)
             found = store.read_parts(
                 n_casts, _draw(scenario, seed), set_aside=(PartError if force else UnreadablePartError,)
             )
@@ -218,7 +219,7 @@ def generate_dataset(
         todo = [row for rows in missing for row in rows]
         simulated = (
             run_rows(simulate, todo, executor, n_workers)
-            if engine == "drake"
+            if simulator == "drake"
             else rows_in_blocks(scenario, seed, todo, executor, n_workers)
         )
         with closing(simulated):

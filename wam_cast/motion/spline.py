@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypeVar
 
-T = TypeVar("T")
+from wam_cast.types import Array
+
+T = TypeVar("T", float, Array)
 """A number, or an array of any library."""
 
 

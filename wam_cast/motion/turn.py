@@ -37,7 +37,7 @@ class Turn:
     def evaluate(self, t: float) -> tuple[Array, Array]:
         """Return p_WE_desired [m] and v_WE_desired [m/s], each (3,), at a time `t` [s] before the turn's end."""
         angles = turned(t, self._start, self._end, self.duration)
-        return swung_hand(*angles, self._radius, self._ball_height, self._pendulum)
+        return swung_hand(angles, self._radius, self._ball_height, self._pendulum)
 
     def bearing(self, t: float) -> tuple[float, float]:
         """Return the angle of the ball [rad] and its rate [rad/s] at time `t` [s]."""
@@ -67,12 +67,13 @@ def turned(t: float, start: float, end: float, duration: float) -> tuple[float, 
 
 
 def swung_hand(
-    angle: Any, rate: Any, acceleration: Any, jerk: Any, radius: Any, ball_height: Any, pendulum: Pendulum, xp: Any = np
+    angles: tuple[Any, ...], radius: Any, ball_height: Any, pendulum: Pendulum, xp: Any = np
 ) -> tuple[Any, Any]:
     """Return p_WE [m] and v_WE [m/s], each (3,), of the hand whose ball goes round at a radius and a height [m].
 
-    The ball's angle [rad] has the given derivatives. Or of many at once, (3, n) each, arrays of the library `xp`.
+    `angles`: the ball's angle [rad] and three derivatives. Or of many at once, (3, n) each, arrays of the library `xp`.
     """
+    angle, rate, acceleration, jerk = angles
     zero = 0.0 * angle
     outward = xp.stack([xp.cos(angle), xp.sin(angle), zero])
     onward = xp.stack([-outward[1], outward[0], zero])

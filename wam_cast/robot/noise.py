@@ -1,4 +1,4 @@
-"""TorqueNoise: the noise of the commanded torques as a block. What it draws, and the rest of a cast's noise: `wam_cast.motion.noise_draws`."""
+"""TorqueNoise: the noise of the commanded torques as a block; what it draws says `wam_cast.motion.noise_draws`."""
 
 from __future__ import annotations
 

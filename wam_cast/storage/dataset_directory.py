@@ -24,7 +24,7 @@ from pydantic import ValidationError
 from wam_cast.errors import InputError, describe_validation, quoted
 from wam_cast.scenario import Scenario
 from wam_cast.storage.casts_part import PartError, read_part, write_part
-from wam_cast.storage.manifest import FORMAT, ROWS_PER_PART, Manifest, current_versions
+from wam_cast.storage.manifest import FORMAT, ROWS_PER_PART, Engine, Manifest, current_versions
 from wam_cast.storage.work_directory import ELSEWHERE, WorkDirectory, differences, errors_of_writing
 from wam_cast.text_file import read_text
 from wam_cast.types import Array
@@ -49,7 +49,7 @@ class DatasetDirectory(WorkDirectory):
         super().__init__(path)
         self._casts_path = self.path / "casts"
 
-    def open(self, scenario: Scenario, seed: int, n_casts: int, controller: str, engine: str) -> None:
+    def open(self, scenario: Scenario, seed: int, n_casts: int, controller: str, engine: Engine) -> None:
         """Begin a dataset here, or go on with the one that is here; within the context that keeps others out.
 
         A dataset may grow: `n_casts` can be more than before.

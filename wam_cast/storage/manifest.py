@@ -15,6 +15,9 @@ from wam_cast.version import __version__
 FORMAT: Final = 3
 """Version of the directory's layout and of the columns."""
 
+Engine = Literal["drake", "batch"]
+"""What simulates casts."""
+
 ROWS_PER_PART: Final = 50
 """Few enough that an interrupted run loses little."""
 
@@ -34,8 +37,8 @@ class Manifest(BaseModel):
     controller
         Name of what made the controller, see `.controller_name`.
     engine
-        What simulated the casts, see `.generate_dataset`. Landings of the two differ by about 1e-4 mm, with noise of the encoders by
-        0.1 mm.
+        What simulated the casts, see `.generate_dataset`. Landings of the two differ by about 1e-4 mm, with noise of the encoders
+        by 0.1 mm.
     seed, n_casts
         Which casts, and how many a finished run has.
     rows_per_part
@@ -53,7 +56,7 @@ class Manifest(BaseModel):
     format: Literal[3] = FORMAT
     fingerprint: str
     controller: str
-    engine: Literal["drake", "batch"] = "drake"
+    engine: Engine = "drake"
     seed: NonNegativeInt
     n_casts: Annotated[int, Field(ge=1, le=MOST_CASTS)]
     rows_per_part: Literal[50] = ROWS_PER_PART

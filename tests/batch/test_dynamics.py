@@ -18,7 +18,7 @@ ROBOTS = (
     {"arm": {"mass_scale": [1, 1.1, 0.9, 1.2, 1, 0.8, 1.3], "inertia_scale": 1.5, "rotor_inertia_scale": 0.5}},
     {
         "string": {"bending_stiffness": 1e-3, "hook_damping": 1e-3, "mass": 0.02},
-        "ball": {"inertia_factor": 0.6, "radius": 0.03},
+        "ball": {"inertia_factor": 0.6, "radius": 0.025},
     },
     {"arm": {"mount": "floor", "mount_height": 0.0}, "gravity": 1.62},
     {"arm": {"mount": "wall", "mount_height": 1.0}, "motion": {"start_radius": 0.5}},

@@ -188,8 +188,7 @@ def generate_dataset(
     ------
     InputError
         If a number is no integer or out of range, there is no such engine here, workers could not import the controller, the
-        directory holds something else,
-        cannot be written or is in use, or the scenario cannot be simulated.
+        directory holds something else, cannot be written or is in use, or the scenario cannot be simulated.
     MachineError
         If the process of a cast dies again and again; finished parts stay.
     KeyboardInterrupt

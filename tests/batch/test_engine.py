@@ -24,7 +24,10 @@ ROBOTS = (
     {"controller": {"period": 0.004}, "simulation": {"max_step": 0.002}},
     {"arm": {"mount": "floor", "mount_height": 0.0}},
     {"gravity": 5.0, "ball": {"mass": 0.01, "radius": 0.025}, "string": {"length": 0.5}},
-    {"cup": {"rim_height": 0.02}, "motion": {"drop_distance": 0.185, "hold_duration": 0.01}},  # the ball never comes down
+    {
+        "cup": {"rim_height": 0.02},
+        "motion": {"drop_distance": 0.185, "hold_duration": 0.01},
+    },  # the ball never comes down
     {"arm": {"torque_scale": 0.05}},  # motors saturate
 )
 BEARINGS = (0.0, 0.2, -0.3)

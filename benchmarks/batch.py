@@ -12,6 +12,7 @@ import argparse
 import os
 import time
 from collections.abc import Callable
+from functools import partial
 from unittest.mock import patch
 
 # One core: neither the numerical libraries' threads nor XLA's must help. It counts only before they are loaded.
@@ -77,7 +78,7 @@ def print_speed(scenario: Scenario, sizes: list[int], seed: int) -> None:
         for size in sizes:
             many = np.resize(casts, (4 * size, 3)) if size < 1000 else np.resize(casts, (size, 3))
             with patch.dict(engine.CHUNKS, {jax.default_backend(): size}):
-                seconds = best_seconds(lambda: engine.simulate_batch(scenario, many, precision=precision)) / len(many)
+                seconds = best_seconds(partial(engine.simulate_batch, scenario, many, precision=precision)) / len(many)
             print(f"| {precision} | {size} | {1 / seconds:.0f} | {drake / seconds:.1f} |", flush=True)
 
 

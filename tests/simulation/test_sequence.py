@@ -151,7 +151,7 @@ def test_diverged_simulation_is_followed_by_a_start_from_rest(simulator, throws,
     begin = ContactFreePhase._begin
 
     def begin_with_next_limit(phase, *given):
-        monkeypatch.setattr("wam_cast.simulation.polling.MAX_BALL_SPEED", next(limits))
+        monkeypatch.setattr("wam_cast.simulation.station_loop.MAX_BALL_SPEED", next(limits))
         return begin(phase, *given)
 
     with monkeypatch.context() as patch:

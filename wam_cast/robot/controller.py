@@ -152,6 +152,18 @@ class ArmController(PythonSystem):
         *parameters, bearing = context.get_numeric_parameter(self._cast_index).value()[:4]
         return Cast.from_array(np.array(parameters), bearing)
 
+    def motion(self, context: Context) -> CastMotion:
+        """Return the motion of the cast in this system's own `context`."""
+        motion: CastMotion = evaluate_cache(self, self._motion, context)
+        return motion
+
+    @property
+    def is_law(self) -> bool:
+        """Whether `torque` and `hand_desired` are all that it does: no subclass has changed the ports, or has state of its own."""
+        methods = ("_calc_actuation", "_desired", "_measured_arm", "motion")
+        n_states = self.num_continuous_states() + self.num_discrete_state_groups() + self.num_abstract_states()
+        return n_states == 0 and all(getattr(type(self), one) is getattr(ArmController, one) for one in methods)
+
     def _calc_motion(self, context: Context, value: AbstractValue) -> None:
         start_bearing, radius = context.get_numeric_parameter(self._cast_index).value()[4:]
         cup_radius = None if math.isnan(radius) else radius
@@ -159,7 +171,7 @@ class ArmController(PythonSystem):
         value.set_value(CastMotion(self.scenario, cast, start_bearing=start_bearing, cup_radius=cup_radius))
 
     def _desired(self, context: Context) -> Desired:
-        time, motion = context.get_time(), evaluate_cache(self, self._motion, context)
+        time, motion = context.get_time(), self.motion(context)
         return Desired(*self.hand_desired(time, motion), time, motion)
 
     def _measured_arm(self, context: Context) -> MeasuredArm:
@@ -178,9 +190,7 @@ class ArmController(PythonSystem):
         output.SetFromVector(np.concatenate(self._desired(context)[:2]))
 
     def _calc_stage(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(
-            np.array([evaluate_cache(self, self._motion, context).stage(context.get_time())], dtype=float)
-        )
+        output.SetFromVector(np.array([self.motion(context).stage(context.get_time())], dtype=float))
 
 
 class CastController(ArmController):

@@ -1,4 +1,4 @@
-"""The plant in a diagram, under forces that Drake's elements do not have: the arm's Coulomb friction, the string's bending stiffness.
+"""The plant in a diagram, with forces that Drake's elements do not have: the arm's Coulomb friction, the string's stiffness.
 
 They act beside the motors' torques, which the motors' limits bound. Drake's own blocks keep Python out of the integrator's steps.
 """

@@ -13,8 +13,9 @@ from pydrake.systems.framework import Context, DiagramBuilder
 
 from wam_cast.motion.stages import CastMotion
 from wam_cast.robot.controller import ArmController, Desired, MeasuredArm
+from wam_cast.robot.drake_types import add_system
 from wam_cast.robot.forces import add_plant
-from wam_cast.robot.motors import pass_through
+from wam_cast.robot.motors import delay_line, pass_through
 from wam_cast.robot.plant import N_ARM
 from wam_cast.robot.station import CastStation, Log
 from wam_cast.robot.station_state import StationState
@@ -40,7 +41,10 @@ class SampledLoop(StationLoop):
         station, builder = self.station, DiagramBuilder()
         has_scene, has_ball = station.scene_graph is not None, station.ball_tracker is not None
         plant, _ = add_plant(builder, station.scenario, has_scene=has_scene, has_ball=has_ball)
-        builder.ExportInput(plant.get_actuation_input_port())
+        # A boundary of time alone, without a sample there, ends the integrator's steps a little differently.
+        hold = add_system(builder, "hold", delay_line(1, self._period))
+        builder.Connect(hold.get_output_port(), plant.get_actuation_input_port())
+        builder.ExportInput(hold.get_input_port())
         n_q = plant.num_positions()
         self._of_arm = np.r_[0:N_ARM, n_q : n_q + N_ARM]
         self._station_context = station.diagram.CreateDefaultContext()
@@ -71,10 +75,10 @@ class SampledLoop(StationLoop):
         self._times, self._states, self._torques = [time], [self._x()], [self._held]
 
     def _advance(self, n: int) -> None:
-        actuation, context = self._simulator.get_system().get_input_port(), self._simulator.get_mutable_context()
+        given, context = self._simulator.get_system().get_input_port(), self._simulator.get_mutable_context()
         while self._n < n:
             self._sample(self._states[-1][self._of_arm])
-            actuation.FixValue(context, self._held)
+            given.FixValue(context, self._held)
             self._simulator.AdvanceTo((self._n + 1) * self._period, interruptible=False)
             self._n += 1
             self._times.append(self._n * self._period)

@@ -17,16 +17,19 @@ DIFFERENTIALS = ((1, 2), (4, 5))
 """Pairs of joints (from 0) that share two motors through a cable differential: 2 with 3, and 5 with 6."""
 
 
+_LOADS = np.eye(N_ARM)
+"""Which joints load a joint's motors."""
+for _pair in DIFFERENTIALS:
+    _LOADS[np.ix_(_pair, _pair)] = 1.0
+
+
 def motor_utilization(values: Array, limits: Array) -> Array:
     """Return the utilization of each joint's motors by torques [N m] or velocities [rad/s], shape (..., 7), of their limits, (7,).
 
     A joint with motors of its own has its value relative to its limit. The joints a, b of a differential load the same two motors,
     the busier of which has ``|a| / limit_a + |b| / limit_b``; both joints have that.
     """
-    utilization = np.abs(values) / limits
-    for a, b in DIFFERENTIALS:
-        utilization[..., a] = utilization[..., b] = utilization[..., a] + utilization[..., b]
-    return np.asarray(utilization)
+    return np.asarray(np.abs(values) / limits @ _LOADS)
 
 
 def saturate(torque: Array, limits: Array) -> Array:

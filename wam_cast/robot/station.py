@@ -18,7 +18,7 @@ from wam_cast.arm.arm_model import arm_model
 from wam_cast.cast import Cast
 from wam_cast.casting_plane import to_casting_plane
 from wam_cast.errors import InputError
-from wam_cast.motion.stages import CastMotion
+from wam_cast.motion.stages import CastMotion, cast_motion
 from wam_cast.robot.ball_tracker import BallTracker
 from wam_cast.robot.controller import CastController
 from wam_cast.robot.drake_types import add_system, evaluate, own_context, translation
@@ -210,7 +210,7 @@ class CastStation:
         """Return the motion that the arm executes when `cast` is commanded; see `set_start`."""
         executed = executed_cast(self.scenario.noise, cast, noise_seed)
         radius = _cup_radius(cast, cup)
-        return CastMotion(self.belief, executed, start_bearing=start_bearing, cup_radius=radius)
+        return cast_motion(self.belief, executed, start_bearing=start_bearing, cup_radius=radius)
 
     def set_start(
         self,

@@ -49,8 +49,8 @@ class StationLoop:
     ----------
     station
         As given.
-    plant
-        That moves; here the station's.
+    plant, plant_context
+        That moves, here the station's, and its context.
     """
 
     def __init__(self, station: CastStation, method: str, max_step: float, accuracy: float) -> None:
@@ -58,14 +58,10 @@ class StationLoop:
         self._integrator = method, max_step, accuracy
         self._period = station.scenario.controller.period
         self.plant, self._simulator = self._plant_and_simulator()
+        self.plant_context = self.plant.GetMyMutableContextFromRoot(self._simulator.get_mutable_context())
 
     def _plant_and_simulator(self) -> tuple[MultibodyPlant, Simulator]:
         return self.station.plant, Simulator(self.station.diagram)
-
-    @property
-    def plant_context(self) -> Context:
-        """The context of the `plant`."""
-        return self.plant.GetMyMutableContextFromRoot(self._simulator.get_mutable_context())
 
     def begin(
         self,

@@ -140,8 +140,8 @@ class Counting(CastController):
 def test_controllers_own_state_goes_on_into_the_cup_and_to_the_next_cast(throws):
     simulator = CastSimulator(Scenario(), make_controller=Counting)
     recordings = simulator.record_sequence(throws[:2])
-    phase = simulator._contact
-    own = phase._station.controller.GetMyContextFromRoot(phase._simulator.get_context())
+    loop = simulator._contact._loop
+    own = loop.station.controller.GetMyContextFromRoot(loop._simulator.get_context())
     n_periods = sum(round(recording.times[-1] / Scenario().controller.period) for recording in recordings)
     assert own.get_discrete_state(0).value()[0] == pytest.approx(n_periods, abs=4)
 

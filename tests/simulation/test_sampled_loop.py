@@ -27,7 +27,7 @@ GROUPS = {
         "base_tilt": (0.01, -0.02),
         "knee_speed": 0.2,
     },
-    "string": {"bending_stiffness": 1e-5, "hook_damping": 0.01},
+    "string": {"bending_stiffness": 1e-7},
     "controller": {"delay": 2, "kp": 3000.0, "kd": 120.0},
     "noise": {"torque": 0.01, "encoder_counts": 4096, "swing": 0.02, "distance": 0.003, "wait": 0.01},
 }
@@ -77,22 +77,21 @@ def assert_same_recordings(found, expected):
     assert_identical(found.outcome, expected.outcome)
 
 
-def assert_equal_with_and_without_cup(scenario, cast, belief=None):
+def assert_equal(scenario, cast, belief=None):
+    """Compare a cast into a cup where its ball lands, so that it goes through all phases."""
     sampled, diagram = both(scenario, belief)
-    expected = diagram.record(cast, noise_seed=5)
-    assert_same_recordings(sampled.record(cast, noise_seed=5), expected)
-    if np.isfinite(expected.outcome.landing).all():
-        cup = tuple(expected.outcome.landing)
-        found = sampled.record(cast, cup, noise_seed=5, returns=False)
-        assert_same_recordings(found, diagram.record(cast, cup, noise_seed=5, returns=False))
+    cup = tuple(sampled.simulate(cast, noise_seed=5).landing)
+    assert np.isfinite(cup).all()
+    found = sampled.record(cast, cup, noise_seed=5, returns=False)
+    assert_same_recordings(found, diagram.record(cast, cup, noise_seed=5, returns=False))
 
 
-@settings(max_examples=5)
+@settings(max_examples=4)
 @example(EVERYTHING, 0.0)
 @example({"controller": {"delay": 1}}, -0.3)
 @given(SETTINGS, st.sampled_from([0.0, 0.4]))
 def test_it_equals_the_diagram(values, bearing):
-    assert_equal_with_and_without_cup(Scenario.from_dict(values), Cast(0.30, 0.60, 0.10, bearing=bearing))
+    assert_equal(Scenario.from_dict(values), Cast(0.30, 0.60, 0.10, bearing=bearing))
 
 
 @pytest.mark.parametrize(
@@ -100,20 +99,20 @@ def test_it_equals_the_diagram(values, bearing):
     [
         {"arm": {"mount": "floor", "mount_height": 0.2}, "motion": {"start_height": 0.9}},
         {"arm": {"mount": "wall", "mount_height": 1.0}, "motion": {"start_radius": 0.5}},
-        {"string": {"n_links": 20, "bending_damping": 1e-3}, "noise": {"torque": 0.01}},
+        {"string": {"hook_damping": 0.01, "bending_stiffness": 1e-5}},
         {"controller": {"period": 0.005}, "simulation": {"max_step": 0.001}},
     ],
     ids=["floor", "wall", "implicit method", "steps within a period"],
 )
 def test_it_equals_the_diagram_for_other_robots(values):
-    assert_equal_with_and_without_cup(Scenario.from_dict(values), TYPICAL)
+    assert_equal(Scenario.from_dict(values), TYPICAL)
 
 
 def test_it_equals_the_diagram_where_the_robot_is_not_what_is_believed():
     belief = Scenario.from_dict(
         {"arm": {"mass_scale": (1.0, 1.1, 1.0, 0.9, 1.0, 1.0, 1.0)}, "string": {"length": 0.55}}
     )
-    assert_equal_with_and_without_cup(Scenario.from_dict(EVERYTHING), TYPICAL, belief)
+    assert_equal(Scenario.from_dict(EVERYTHING), TYPICAL, belief)
 
 
 @pytest.mark.slow

@@ -33,8 +33,8 @@ def make_loop(station: CastStation, method: str, max_step: float, accuracy: floa
 class SampledLoop(StationLoop):
     """Simulates a station whose controller is an `.ArmController` of which `torque` and `hand_desired` are the whole.
 
-    At the end of each control period the plant is advanced to, the blocks' methods turn the arm's state into the torque of the next
-    one. The station's own context holds the state before the first sample, and takes that at a poll which asks for it.
+    Control period by control period the blocks' methods turn the arm's state into the torque that is held, and the plant goes on.
+    A motion begins in a context of the station's diagram, which also takes the state when somebody asks for it.
     """
 
     def _plant_and_simulator(self) -> tuple[MultibodyPlant, Simulator]:
@@ -98,7 +98,8 @@ class SampledLoop(StationLoop):
         self._held = station.motors.given(torque, arm_state)
 
     def _x(self) -> Array:
-        return self.plant.GetPositionsAndVelocities(self.plant_context)
+        x: Array = self.plant_context.get_continuous_state_vector().CopyToVector()
+        return x
 
     def state(self) -> StationState:
         """Return a copy of the time and the state."""

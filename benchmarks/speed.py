@@ -8,7 +8,6 @@ Ratios are taken within one run; the absolute figures are of the machine that ru
 from __future__ import annotations
 
 import argparse
-import math
 import os
 import time
 from collections.abc import Callable
@@ -16,72 +15,79 @@ from collections.abc import Callable
 # One core: the numerical libraries' threads must not help. It counts only before they are loaded.
 os.environ.update(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1")
 
+import numpy as np
+from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator
 
-from wam_cast.cast import Cast
 from wam_cast.cli.terminal import out, print_table
 from wam_cast.generation.sampling import sample_cast
-from wam_cast.robot.controller import CastController
+from wam_cast.robot.drake_types import evaluate
+from wam_cast.robot.plant import fill_plant
 from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Cup, Scenario
-from wam_cast.simulation.contact_free import ACCURACY
-from wam_cast.simulation.integration import EXPLICIT, begin_integration
+from wam_cast.simulation.integration import ACCURACY, EXPLICIT, begin_integration
+from wam_cast.simulation.sampled_loop import SampledLoop
 from wam_cast.simulation.simulator import CastSimulator
+from wam_cast.types import Array
 
 N_REPEATS = 3
 
+PLANT, FREE = "the plant alone, for as long", "free, up to the landing"
 
-def mean_seconds(run: Callable[[int], object], n: int) -> float:
-    """Return the mean processor time of `run(0)` to `run(n - 1)` [s]: of each the best of three, since others disturb."""
-    run(0)
-    best = [math.inf] * n
+
+def mean_seconds(runs: dict[str, Callable[[int], object]], n: int) -> dict[str, float]:
+    """Return the mean processor time of each run over 0 to `n - 1` [s]: the best of three, taken in turn, since others disturb."""
+    best = {name: np.full(n, np.inf) for name in runs}
     for _ in range(N_REPEATS):
         for i in range(n):
-            start = time.process_time()
-            run(i)
-            best[i] = min(best[i], time.process_time() - start)
-    return sum(best) / n
+            for name, run in runs.items():
+                start = time.process_time()
+                run(i)
+                best[name][i] = min(best[name][i], time.process_time() - start)
+    return {name: float(seconds.mean()) for name, seconds in best.items()}
 
 
-def controller_seconds(scenario: Scenario, casts: list[Cast]) -> float:
-    """Return the mean time a cast spends in the controller [s], of each the best of three."""
-    original, spent = CastController._calc_actuation, 0.0
+def plant_stepper(scenario: Scenario) -> Callable[[float], None]:
+    """Return what steps the plant alone up to a time [s]: no controller, log or poll, and the first torque all along."""
+    station = CastStation(scenario, has_scene=False)
+    at_start = station.diagram.CreateDefaultContext()
+    torque: Array = evaluate(station.hold.get_output_port(), station.hold.GetMyContextFromRoot(at_start))
+    state = station.plant.GetPositionsAndVelocities(station.plant.GetMyContextFromRoot(at_start))
+    plant = MultibodyPlant(time_step=0.0)
+    fill_plant(plant, scenario)
+    simulator = Simulator(plant)
+    context = simulator.get_mutable_context()
+    plant.get_actuation_input_port().FixValue(context, torque)
 
-    def timed(self: CastController, *arguments: object) -> None:
+    def step(end: float) -> None:
+        context.SetTime(0.0)
+        plant.SetPositionsAndVelocities(context, state)
+        begin_integration(simulator, EXPLICIT, scenario.simulation.max_step, ACCURACY)
+        simulator.Initialize()
+        simulator.AdvanceTo(end, interruptible=False)
+
+    return step
+
+
+def sampling_seconds(simulate: Callable[[int], object], n: int) -> float:
+    """Return the mean time a cast spends on what is done at samples, most of it the law [s], of each the best of three."""
+    original, spent = SampledLoop._sample, 0.0
+
+    def timed(self: SampledLoop, arm_state: Array) -> None:
         nonlocal spent
         start = time.process_time()
-        original(self, *arguments)
+        original(self, arm_state)
         spent += time.process_time() - start
 
-    CastController._calc_actuation = timed
-    simulator = CastSimulator(scenario)
-    best = [math.inf] * len(casts)
+    SampledLoop._sample = timed
+    best = np.full(n, np.inf)
     for _ in range(N_REPEATS):
-        for i, cast in enumerate(casts):
+        for i in range(n):
             spent = 0.0
-            simulator.simulate(cast)
+            simulate(i)
             best[i] = min(best[i], spent)
-    CastController._calc_actuation = original
-    return sum(best) / len(casts)
-
-
-def plant_seconds(scenario: Scenario, flight_time: float) -> float:
-    """Return the time that integrating the contact-free phase takes [s]: the difference that halving its steps makes."""
-    cast = Cast(0.3, 0.6, 0.1)
-    station = CastStation(scenario, has_scene=False)
-    seconds = []
-    step = scenario.simulation.max_step
-    for h in (step, step / 2):
-        simulator = Simulator(station.diagram)
-        begin_integration(simulator, EXPLICIT, h, ACCURACY)
-
-        def run(_: int, simulator: Simulator = simulator) -> None:
-            station.set_start(simulator.get_mutable_context(), cast)
-            simulator.Initialize()
-            simulator.AdvanceTo(0.7)
-
-        seconds.append(mean_seconds(run, 10))
-    return (seconds[1] - seconds[0]) * flight_time / 0.7
+    SampledLoop._sample = original
+    return float(best.mean())
 
 
 def main() -> None:
@@ -96,20 +102,23 @@ def main() -> None:
     cups = [(float(outcome.landing[0]), float(outcome.landing[1])) for outcome in outcomes]
     flight_time = sum(outcome.end_time for outcome in outcomes) / len(outcomes)
 
-    free = mean_seconds(lambda i: simulator.simulate(casts[i]), len(casts))
-    rows = [("free, up to the landing", f"{1e3 * free:.1f}", f"{1 / free:.1f}", "1.00")]
+    step_plant = plant_stepper(scenario)
+    runs: dict[str, Callable[[int], object]] = {
+        PLANT: lambda i: step_plant(outcomes[i].end_time),
+        FREE: lambda i: simulator.simulate(casts[i]),
+    }
     for name, restitution in (("nearly inelastic", 0.25), ("lively", 0.6)):
         with_cup = CastSimulator(Scenario(cup=Cup(restitution=restitution)))
-        seconds = mean_seconds(lambda i: with_cup.simulate(casts[i], cups[i]), len(casts))  # noqa: B023 - used at once
-        row = f"{1e3 * seconds:.1f}", f"{1 / seconds:.1f}", f"{seconds / free:.2f}"
-        rows.append((f"into a {name} cup, until the ball rests", *row))
+        runs[f"into a {name} cup, until the ball rests"] = lambda i, one=with_cup: one.simulate(casts[i], cups[i])
+    seconds = mean_seconds(runs, len(casts))
     out.print(f"{len(casts)} random casts (seed {options.seed}), {flight_time:.2f} s each, one core")
-    print_table(rows, ["cast", "ms a cast", "casts a second", "of a free cast"])
-
-    controller = controller_seconds(scenario, casts)
-    plant = plant_seconds(scenario, flight_time)
-    shares = {"plant": plant, "controller": controller, "the rest": free - plant - controller}
-    out.print("of a free cast: " + ", ".join(f"{name} {seconds / free:.0%}" for name, seconds in shares.items()))
+    rows = []
+    for name, mean in seconds.items():
+        ratios = (f"{mean / seconds[base]:.2f}" for base in (PLANT, FREE))
+        rows.append((name, f"{1e3 * mean:.1f}", f"{1 / mean:.1f}", *ratios))
+    print_table(rows, ["cast", "ms a cast", "casts a second", "of the plant alone", "of a free cast"])
+    share = sampling_seconds(runs[FREE], len(casts)) / seconds[FREE]
+    out.print(f"of a free cast: the law and what else is done at samples {share:.0%}")
 
 
 if __name__ == "__main__":

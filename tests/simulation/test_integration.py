@@ -12,8 +12,8 @@ from wam_cast.scenario import Noise, Scenario
 from wam_cast.simulation import contact_free
 from wam_cast.simulation.integration import EXPLICIT, IMPLICIT, choose_integration, fastest_rate
 from wam_cast.simulation.outcome import Status
-from wam_cast.simulation.polling import MAX_STATE
 from wam_cast.simulation.simulator import CastSimulator
+from wam_cast.simulation.station_loop import MAX_STATE
 
 TYPICAL = Cast(0.30, 0.60, 0.10)
 LONG = Cast(0.40, 0.85, 0.50)
@@ -103,7 +103,7 @@ def test_mean_step_is_the_expected_one(changes):
     setting = scenario(**changes)
     phase = contact_free.ContactFreePhase(CastStation(setting, has_scene=False))
     log = phase.run(TYPICAL).log
-    n_steps = phase._simulator.get_integrator().get_num_steps_taken()
+    n_steps = phase._loop._simulator.get_integrator().get_num_steps_taken()
     assert log.times[-1] / n_steps == pytest.approx(phase.integration.expected_step, rel=0.5)
 
 
@@ -137,5 +137,5 @@ def test_string_that_flails_ever_faster_asks_for_no_endless_steps(monkeypatch):
     assert simulator.simulate(Cast(0.4, 0.6, 0.1)).status is Status.LIMIT_HIT
     monkeypatch.setattr("wam_cast.simulation.integration.MIN_STEP", 1e-5)
     assert simulator.simulate(Cast(0.4, 0.6, 0.1)).status is Status.DIVERGED
-    state = simulator._contact_free._simulator.get_context().get_continuous_state_vector().CopyToVector()
+    state = simulator._contact_free._loop._simulator.get_context().get_continuous_state_vector().CopyToVector()
     assert np.abs(state).max() < MAX_STATE

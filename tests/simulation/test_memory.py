@@ -63,8 +63,8 @@ def station_in_a_diagram():
 def used_simulator():
     simulator = CastSimulator(Scenario())
     assert simulator.simulate(CAST, CUP).status
-    phases = simulator._contact_free, simulator._contact
-    return (simulator, *(phase._simulator for phase in phases), *(phase._simulator.get_context() for phase in phases))
+    loops = simulator._contact_free._loop, simulator._contact._loop
+    return (simulator, *(loop._simulator for loop in loops), *(loop._simulator.get_context() for loop in loops))
 
 
 def scene():

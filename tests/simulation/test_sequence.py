@@ -140,8 +140,8 @@ class Counting(CastController):
 def test_controllers_own_state_goes_on_into_the_cup_and_to_the_next_cast(throws):
     simulator = CastSimulator(Scenario(), make_controller=Counting)
     recordings = simulator.record_sequence(throws[:2])
-    phase = simulator._contact
-    own = phase._station.controller.GetMyContextFromRoot(phase._simulator.get_context())
+    loop = simulator._contact._loop
+    own = loop.station.controller.GetMyContextFromRoot(loop._simulator.get_context())
     n_periods = sum(round(recording.times[-1] / Scenario().controller.period) for recording in recordings)
     assert own.get_discrete_state(0).value()[0] == pytest.approx(n_periods, abs=4)
 
@@ -151,7 +151,7 @@ def test_diverged_simulation_is_followed_by_a_start_from_rest(simulator, throws,
     begin = ContactFreePhase._begin
 
     def begin_with_next_limit(phase, *given):
-        monkeypatch.setattr("wam_cast.simulation.polling.MAX_BALL_SPEED", next(limits))
+        monkeypatch.setattr("wam_cast.simulation.station_loop.MAX_BALL_SPEED", next(limits))
         return begin(phase, *given)
 
     with monkeypatch.context() as patch:

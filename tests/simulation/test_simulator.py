@@ -330,7 +330,7 @@ def test_ordinary_casts_keep_the_limits_and_their_reference(free):
 
 def test_diverged_simulation_is_reported_and_harms_nothing(monkeypatch):
     # A ball that nothing could throw so fast: the motors' limits bound all that an arm out of control can do.
-    monkeypatch.setattr("wam_cast.simulation.polling.MAX_BALL_SPEED", 1.0)
+    monkeypatch.setattr("wam_cast.simulation.station_loop.MAX_BALL_SPEED", 1.0)
     wild = CastSimulator(Scenario())
     for cup in (None, (0.6, 0.0)):
         outcome = wild.simulate(TYPICAL, cup)
@@ -352,7 +352,7 @@ def test_arm_out_of_control_meets_its_limits():
 
 def test_simulator_works_after_a_diverged_simulation(simulator, free, monkeypatch):
     # The same simulator, whose ball is thrown out of the world in the middle of a cast.
-    monkeypatch.setattr("wam_cast.simulation.polling.MAX_BALL_SPEED", 1.0)
+    monkeypatch.setattr("wam_cast.simulation.station_loop.MAX_BALL_SPEED", 1.0)
     assert simulator.simulate(TYPICAL).status is Status.DIVERGED
     assert simulator.simulate(TYPICAL, (0.6, 0.0)).status is Status.DIVERGED
     monkeypatch.undo()
@@ -437,7 +437,7 @@ def test_ball_starts_at_rest_below_the_hand(caught):
 
 def test_diverged_cast_says_which_limits_it_met_before(simulator, monkeypatch):
     # More than three times as fast as the bounds allow: the motors saturate before the ball is faster than it may be.
-    monkeypatch.setattr("wam_cast.simulation.polling.MAX_BALL_SPEED", 2.5)
+    monkeypatch.setattr("wam_cast.simulation.station_loop.MAX_BALL_SPEED", 2.5)
     outcome = simulator.simulate(Cast(0.3, 3.0, 0.1))
     assert outcome.status is Status.DIVERGED
     assert "joint 2 torque" in outcome.limits_hit

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from enum import IntEnum
+from functools import lru_cache
 
 import numpy as np
 
+from wam_cast.arm.arm_model import arm_model
 from wam_cast.cast import Cast
 from wam_cast.motion.return_path import Return
 from wam_cast.motion.spline import QuinticSpline
@@ -90,3 +92,17 @@ class CastMotion:
     def stage(self, t: float) -> Stage:
         """Return the stage at time `t` [s]; a stage begins where the one before it ends."""
         return Stage(sum(t >= end for end in self._ends))
+
+
+def cast_motion(
+    scenario: Scenario, cast: Cast, *, start_bearing: float = 0.0, cup_radius: float | None = None
+) -> CastMotion:
+    """Return a `CastMotion`, the same one to all who ask in turn, as the phases of a cast do: it takes a while to make."""
+    return _cast_motion(scenario, arm_model(scenario.arm).urdf, cast, start_bearing, cup_radius)
+
+
+@lru_cache(maxsize=8)
+def _cast_motion(
+    scenario: Scenario, _urdf: str, cast: Cast, start_bearing: float, cup_radius: float | None
+) -> CastMotion:
+    return CastMotion(scenario, cast, start_bearing=start_bearing, cup_radius=cup_radius)

@@ -15,7 +15,7 @@ from scipy.linalg.lapack import dposv
 from wam_cast.arm.arm_model import arm_model
 from wam_cast.arm.posture import starting_posture
 from wam_cast.cast import Cast, default_cast
-from wam_cast.motion.stages import CastMotion
+from wam_cast.motion.stages import CastMotion, cast_motion
 from wam_cast.robot.drake_types import declare_cache_entry, evaluate, evaluate_cache, weakly
 from wam_cast.robot.plant import N_ARM, make_arm_plant
 from wam_cast.robot.python_system import PythonSystem
@@ -66,10 +66,11 @@ class MeasuredArm:
     @property
     def Jv_WE(self) -> Array:
         """The hand's translational Jacobian, (3, 7): v_WE = Jv_WE v."""
-        Jv_WE: Array = self.plant.CalcJacobianTranslationalVelocity(
+        # The translational one by itself would take Drake almost twice as long.
+        J: Array = self.plant.CalcJacobianSpatialVelocity(
             self.context, JacobianWrtVariable.kV, self._hand, _ORIGIN, self._world, self._world
         )
-        return Jv_WE
+        return J[3:]
 
     @property
     def holding_torque(self) -> Array:
@@ -153,14 +154,26 @@ class ArmController(PythonSystem):
         *parameters, bearing = context.get_numeric_parameter(self._cast_index).value()[:4]
         return Cast.from_array(np.array(parameters), bearing)
 
+    def motion(self, context: Context) -> CastMotion:
+        """Return the motion of the cast in this system's own `context`."""
+        motion: CastMotion = evaluate_cache(self, self._motion, context)
+        return motion
+
+    @property
+    def is_law(self) -> bool:
+        """Whether `torque` and `hand_desired` are all that it does: no subclass has changed the ports, or has state of its own."""
+        methods = ("_calc_actuation", "_desired", "_measured_arm", "motion")
+        n_states = self.num_continuous_states() + self.num_discrete_state_groups() + self.num_abstract_states()
+        return n_states == 0 and all(getattr(type(self), one) is getattr(ArmController, one) for one in methods)
+
     def _calc_motion(self, context: Context, value: AbstractValue) -> None:
         start_bearing, radius = context.get_numeric_parameter(self._cast_index).value()[4:]
         cup_radius = None if math.isnan(radius) else radius
         cast = self.get_cast(context)
-        value.set_value(CastMotion(self.scenario, cast, start_bearing=start_bearing, cup_radius=cup_radius))
+        value.set_value(cast_motion(self.scenario, cast, start_bearing=start_bearing, cup_radius=cup_radius))
 
     def _desired(self, context: Context) -> Desired:
-        time, motion = context.get_time(), evaluate_cache(self, self._motion, context)
+        time, motion = context.get_time(), self.motion(context)
         return Desired(*self.hand_desired(time, motion), time, motion)
 
     def _measured_arm(self, context: Context) -> MeasuredArm:
@@ -179,9 +192,7 @@ class ArmController(PythonSystem):
         output.SetFromVector(np.concatenate(self._desired(context)[:2]))
 
     def _calc_stage(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(
-            np.array([evaluate_cache(self, self._motion, context).stage(context.get_time())], dtype=float)
-        )
+        output.SetFromVector(np.array([self.motion(context).stage(context.get_time())], dtype=float))
 
 
 class CastController(ArmController):

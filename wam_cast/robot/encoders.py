@@ -44,8 +44,12 @@ class Encoders(PythonSystem):
         self._input = self.DeclareVectorInputPort("arm_state", 2 * N_ARM)
         self.DeclareVectorOutputPort("measured", 2 * N_ARM, self._calc_measured, {self._input.ticket()})
 
-    def _calc_measured(self, context: Context, output: BasicVector) -> None:
-        measured = evaluate(self._input, context) + self._offset
+    def measured(self, arm_state: Array) -> Array:
+        """Return what is read of an arm's state, (14,) each."""
+        measured: Array = arm_state + self._offset
         counted = self._unit > 0
         measured[counted] = np.rint(measured[counted] / self._unit[counted]) * self._unit[counted]
-        output.SetFromVector(measured)
+        return measured
+
+    def _calc_measured(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self.measured(evaluate(self._input, context)))

@@ -1,4 +1,4 @@
-"""Forces of a station's plant that Drake's elements do not have: the arm's Coulomb friction and the string's bending stiffness.
+"""The plant in a diagram, with forces that Drake's elements do not have: the arm's Coulomb friction, the string's stiffness.
 
 They act beside the motors' torques, which the motors' limits bound. Drake's own blocks keep Python out of the integrator's steps.
 """
@@ -6,18 +6,35 @@ They act beside the motors' torques, which the motors' limits bound. Drake's own
 from __future__ import annotations
 
 import numpy as np
+from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 from pydrake.systems.primitives import Adder, MatrixGain, Saturation
 
 from wam_cast.arm.arm_model import arm_model
 from wam_cast.robot.drake_types import add_system
-from wam_cast.robot.plant import HOOK, N_ARM
+from wam_cast.robot.plant import HOOK, N_ARM, fill_plant
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array
 
 FRICTION_SPEED = 0.1
 """Joint speed [rad/s] from which Coulomb friction has its full size; below, it grows in proportion."""
+
+
+def add_plant(
+    builder: DiagramBuilder, scenario: Scenario, *, has_scene: bool, has_ball: bool
+) -> tuple[MultibodyPlant, SceneGraph | None]:
+    """Add the plant with its forces, and a scene if it is to have geometry; return both."""
+    plant = add_system(builder, "plant", MultibodyPlant(time_step=0.0))
+    scene_graph = None
+    if has_scene:
+        scene_graph = add_system(builder, "scene_graph", SceneGraph())
+        source = plant.RegisterAsSourceForSceneGraph(scene_graph)
+        builder.Connect(plant.get_geometry_pose_output_port(), scene_graph.get_source_pose_port(source))
+        builder.Connect(scene_graph.get_query_output_port(), plant.get_geometry_query_input_port())
+    fill_plant(plant, scenario, has_ball=has_ball)
+    connect_forces(builder, plant, scenario)
+    return plant, scene_graph
 
 
 def connect_forces(builder: DiagramBuilder, plant: MultibodyPlant, scenario: Scenario) -> None:

@@ -17,16 +17,19 @@ DIFFERENTIALS = ((1, 2), (4, 5))
 """Pairs of joints (from 0) that share two motors through a cable differential: 2 with 3, and 5 with 6."""
 
 
+_LOADS = np.eye(N_ARM)
+"""Which joints load a joint's motors."""
+for _pair in DIFFERENTIALS:
+    _LOADS[np.ix_(_pair, _pair)] = 1.0
+
+
 def motor_utilization(values: Array, limits: Array) -> Array:
     """Return the utilization of each joint's motors by torques [N m] or velocities [rad/s], shape (..., 7), of their limits, (7,).
 
     A joint with motors of its own has its value relative to its limit. The joints a, b of a differential load the same two motors,
     the busier of which has ``|a| / limit_a + |b| / limit_b``; both joints have that.
     """
-    utilization = np.abs(values) / limits
-    for a, b in DIFFERENTIALS:
-        utilization[..., a] = utilization[..., b] = utilization[..., a] + utilization[..., b]
-    return np.asarray(utilization)
+    return np.asarray(np.abs(values) / limits @ _LOADS)
 
 
 def saturate(torque: Array, limits: Array) -> Array:
@@ -78,24 +81,31 @@ class Motors(PythonSystem):
     ----------
     limits
         Of commanded torques [N m], shape (7,), below the knee.
+    has_knee
+        Whether they give less to a fast arm.
     """
 
     def __init__(self, plant: MultibodyPlant, arm: Arm) -> None:
         super().__init__()
         self._scale, self._torque_limits = np.array(arm.torque_scale), TorqueLimits(plant, arm)
         self.limits: Array = plant.GetEffortUpperLimits() / self._scale
-        self._has_knee = arm.knee_speed < 1
+        self.has_knee = arm.knee_speed < 1
         self._commanded = self.DeclareVectorInputPort("commanded", N_ARM)
         self._arm_state = self.DeclareVectorInputPort("arm_state", 2 * N_ARM)
-        tickets = {self._commanded.ticket()} | ({self._arm_state.ticket()} if self._has_knee else set())
+        tickets = {self._commanded.ticket()} | ({self._arm_state.ticket()} if self.has_knee else set())
         self.DeclareVectorOutputPort("torque", N_ARM, self._calc_torque, tickets)
 
+    def given(self, commanded: Array, arm_state: Array | None = None) -> Array:
+        """Return the torque [N m], (7,), that they give of a commanded one; with a knee the `arm_state` (14,) is needed."""
+        limits = self.limits
+        if self.has_knee:
+            assert arm_state is not None
+            limits = self._torque_limits.at(arm_state[N_ARM:], commanded) / self._scale
+        return self._scale * saturate(commanded, limits)
+
     def _calc_torque(self, context: Context, output: BasicVector) -> None:
-        commanded, limits = evaluate(self._commanded, context), self.limits
-        if self._has_knee:
-            v = evaluate(self._arm_state, context)[N_ARM:]
-            limits = self._torque_limits.at(v, commanded) / self._scale
-        output.SetFromVector(self._scale * saturate(commanded, limits))
+        arm_state = evaluate(self._arm_state, context) if self.has_knee else None
+        output.SetFromVector(self.given(evaluate(self._commanded, context), arm_state))
 
 
 def delay_line(n_samples: int, period: float) -> LinearSystem:
@@ -107,6 +117,11 @@ def delay_line(n_samples: int, period: float) -> LinearSystem:
     n = n_samples * N_ARM
     first, last = np.eye(n, N_ARM), np.eye(N_ARM, n, n - N_ARM)
     return LinearSystem(np.eye(n, k=-N_ARM), first, last, np.zeros((N_ARM, N_ARM)), period)
+
+
+def pass_through(line: LinearSystem, state: Array, torque: Array) -> tuple[Array, Array]:
+    """Return what a delay line gives in a `state` [N m], (7,), and its state after it has sampled a `torque` [N m], (7,)."""
+    return line.C() @ state, line.A() @ state + line.B() @ torque
 
 
 def fill(line: LinearSystem, torque: Array) -> Array:

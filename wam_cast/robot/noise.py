@@ -47,9 +47,12 @@ class TorqueNoise(PythonSystem):
         """Set the noise seed in this system's own `context`."""
         context.get_mutable_abstract_parameter(self._seed_index).set_value(noise_seed)
 
-    def _calc_torque(self, context: Context, output: BasicVector) -> None:
+    def added_to(self, commanded: Array, time: float, noise_seed: int) -> Array:
+        """Return the commanded torque [N m], (7,), with the noise of a seed at a time [s]."""
         # A sample's time may fall short of it by rounding.
-        sample = math.floor(context.get_time() / self._period + 1e-6)
+        sample = math.floor(time / self._period + 1e-6)
+        return commanded + self._deviation * torque_deviates(noise_seed, sample)
+
+    def _calc_torque(self, context: Context, output: BasicVector) -> None:
         seed = held(context.get_abstract_parameter(self._seed_index))
-        noise = self._deviation * torque_deviates(seed, sample)
-        output.SetFromVector(evaluate(self._input, context) + noise)
+        output.SetFromVector(self.added_to(evaluate(self._input, context), context.get_time(), seed))

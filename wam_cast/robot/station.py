@@ -9,9 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, SceneGraph
+from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams
 from pydrake.math import RotationMatrix
-from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, System
 from pydrake.systems.primitives import LinearSystem, LogVectorOutput
 
@@ -21,15 +20,15 @@ from wam_cast.cast import Cast
 from wam_cast.casting_plane import to_casting_plane
 from wam_cast.errors import InputError
 from wam_cast.motion.noise_draws import executed_cast, swing_at_start
-from wam_cast.motion.stages import CastMotion
+from wam_cast.motion.stages import CastMotion, cast_motion
 from wam_cast.robot.ball_tracker import BallTracker
 from wam_cast.robot.controller import CastController
 from wam_cast.robot.drake_types import add_system, evaluate, own_context, translation
 from wam_cast.robot.encoders import Encoders, encoder_resolution
-from wam_cast.robot.forces import connect_forces
+from wam_cast.robot.forces import add_plant
 from wam_cast.robot.motors import Motors, delay_line, fill
 from wam_cast.robot.noise import TorqueNoise
-from wam_cast.robot.plant import HOOK, fill_plant, hanging_positions
+from wam_cast.robot.plant import HOOK, hanging_positions
 from wam_cast.robot.station_state import StationState
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array, Position, checks_types
@@ -106,6 +105,8 @@ class CastStation:
         As given; `belief` with the controller's values of `scenario`.
     diagram, plant, scene_graph, controller, motors, hold, ball_tracker
         The diagram and its parts; `scene_graph` is none without geometry, `ball_tracker` without a ball.
+    encoders, delay, torque_noise
+        Parts that only some scenarios have, else none.
     """
 
     @checks_types
@@ -130,9 +131,10 @@ class CastStation:
         self._set_cast = set_cast
         self._is_told_places = {"start_bearing", "cup_radius"} <= set(inspect.signature(set_cast).parameters)
         builder = DiagramBuilder()
-        self._add_plant(builder, has_scene, has_ball)
-        self._torque_noise: TorqueNoise | None = None
-        self._delay: LinearSystem | None = None
+        self.plant, self.scene_graph = add_plant(builder, scenario, has_scene=has_scene, has_ball=has_ball)
+        self.encoders: Encoders | None = None
+        self.delay: LinearSystem | None = None
+        self.torque_noise: TorqueNoise | None = None
         # The robot goes to where its encoders read the starting posture.
         self._q_start = starting_posture(self.belief) - scenario.arm.encoder_offset
         self.plant.SetDefaultPositions(hanging_positions(self.plant, self._q_start))
@@ -153,16 +155,6 @@ class CastStation:
         self.diagram.set_name("cast_station")
         self._hold_first_torque_by_default()
 
-    def _add_plant(self, builder: DiagramBuilder, has_scene: bool, has_ball: bool) -> None:
-        self.plant = add_system(builder, "plant", MultibodyPlant(time_step=0.0))
-        self.scene_graph: SceneGraph | None = None
-        if has_scene:
-            graph = self.scene_graph = add_system(builder, "scene_graph", SceneGraph())
-            source = self.plant.RegisterAsSourceForSceneGraph(graph)
-            builder.Connect(self.plant.get_geometry_pose_output_port(), graph.get_source_pose_port(source))
-            builder.Connect(graph.get_query_output_port(), self.plant.get_geometry_query_input_port())
-        fill_plant(self.plant, self.scenario, has_ball=has_ball)
-
     def _connect(self, builder: DiagramBuilder) -> None:
         plant, robot, period = self.plant, self.scenario, self.scenario.controller.period
         self._arm = plant.GetModelInstanceByName("wam7")
@@ -171,16 +163,16 @@ class CastStation:
         offset = np.array(robot.arm.encoder_offset)
         if robot.noise.encoder_counts > 0 or np.any(offset):
             resolution = encoder_resolution(plant, robot.noise.encoder_counts)
-            encoders = add_system(builder, "encoders", Encoders(resolution, period, offset))
-            builder.Connect(measured, encoders.get_input_port())
-            measured = encoders.get_output_port()
+            self.encoders = add_system(builder, "encoders", Encoders(resolution, period, offset))
+            builder.Connect(measured, self.encoders.get_input_port())
+            measured = self.encoders.get_output_port()
         if robot.controller.delay > 0:
-            self._delay = add_system(builder, "delay", delay_line(robot.controller.delay, period))
-            builder.Connect(commanded, self._delay.get_input_port())
-            commanded = self._delay.get_output_port()
+            self.delay = add_system(builder, "delay", delay_line(robot.controller.delay, period))
+            builder.Connect(commanded, self.delay.get_input_port())
+            commanded = self.delay.get_output_port()
         if robot.noise.torque > 0:
             noise = TorqueNoise(robot.noise.torque, self.motors.limits, period)
-            self._torque_noise = add_system(builder, "torque_noise", noise)
+            self.torque_noise = add_system(builder, "torque_noise", noise)
             builder.Connect(commanded, noise.get_input_port())
             commanded = noise.get_output_port()
         builder.Connect(measured, self.controller.GetInputPort("arm_state"))
@@ -189,7 +181,6 @@ class CastStation:
             builder.Connect(arm_state, self.motors.GetInputPort("arm_state"))
         builder.Connect(self.motors.get_output_port(), self.hold.get_input_port())
         builder.Connect(self.hold.get_output_port(), plant.get_actuation_input_port())
-        connect_forces(builder, plant, robot)
         if self.ball_tracker is not None:
             for name in ("body_poses", "body_spatial_velocities"):
                 builder.Connect(plant.GetOutputPort(name), self.ball_tracker.GetInputPort(name))
@@ -220,7 +211,7 @@ class CastStation:
         """Return the motion that the arm executes when `cast` is commanded; see `set_start`."""
         executed = executed_cast(self.scenario.noise, cast, noise_seed)
         radius = _cup_radius(cast, cup)
-        return CastMotion(self.belief, executed, start_bearing=start_bearing, cup_radius=radius)
+        return cast_motion(self.belief, executed, start_bearing=start_bearing, cup_radius=radius)
 
     def set_start(
         self,
@@ -259,8 +250,8 @@ class CastStation:
         self.plant.SetPositions(plant_context, q)
         self.plant.SetVelocities(plant_context, v)
         self._tell_controller(context, motion.cast, motion.start_bearing, motion.cup_radius)
-        if self._torque_noise is not None:
-            self._torque_noise.set_seed(self._torque_noise.GetMyMutableContextFromRoot(context), noise_seed)
+        if self.torque_noise is not None:
+            self.torque_noise.set_seed(self.torque_noise.GetMyMutableContextFromRoot(context), noise_seed)
         if cup is not None and self.scene_graph is not None:
             self.set_cup(context, cup)
         self._hold_first_torque(context)
@@ -269,16 +260,16 @@ class CastStation:
 
     def _hold_first_torque(self, context: Context) -> None:
         """Hold in the diagram's `context` the torque that the controller wants there, as if it had wanted it ever since."""
-        if self._delay is not None:
+        if self.delay is not None:
             first = evaluate(self.controller.GetOutputPort("actuation"), self.controller.GetMyContextFromRoot(context))
-            self._delay.GetMyMutableContextFromRoot(context).SetDiscreteState(fill(self._delay, first))
+            self.delay.GetMyMutableContextFromRoot(context).SetDiscreteState(fill(self.delay, first))
         given = evaluate(self.motors.get_output_port(), self.motors.GetMyContextFromRoot(context))
         self.hold.GetMyMutableContextFromRoot(context).SetDiscreteState(given)
 
     def _hold_first_torque_by_default(self) -> None:
         context = self.diagram.CreateDefaultContext()
         self._hold_first_torque(context)
-        for line in filter(None, (self._delay, self.hold)):
+        for line in filter(None, (self.delay, self.hold)):
             line.configure_default_state(line.GetMyContextFromRoot(context).get_discrete_state_vector().CopyToVector())
 
     def set_cast(
@@ -322,7 +313,7 @@ class CastStation:
     @property
     def _systems_with_state(self) -> tuple[System, ...]:
         systems: tuple[System, ...] = (self.plant, self.controller, self.hold)
-        return systems if self._delay is None else (*systems, self._delay)
+        return systems if self.delay is None else (*systems, self.delay)
 
     def logged(self, context: Context) -> Log:
         """Return the logs in `context`."""

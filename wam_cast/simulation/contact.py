@@ -9,16 +9,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from pydrake.systems.analysis import Simulator
-
 from wam_cast.motion.stages import Stage
 from wam_cast.robot.drake_types import evaluate
 from wam_cast.robot.station import CastStation, Log
 from wam_cast.robot.station_state import StationState
 from wam_cast.simulation.ball_and_cup import REST_RISE, height_above_support, is_inside, possible_rise
 from wam_cast.simulation.contact_free import ContactFree
-from wam_cast.simulation.integration import Integration, begin_integration
-from wam_cast.simulation.polling import CONTACT_POLL_PERIODS, DivergedError, advance, bounded_part, poll_ball
+from wam_cast.simulation.integration import Integration
+from wam_cast.simulation.sampled_loop import make_loop
+from wam_cast.simulation.station_loop import CONTACT_POLL_PERIODS, DivergedError, bounded_part
 
 LYING_HEIGHT = 1.1
 """A ball whose centre is lower than this many of its radii above floor or stand lies there."""
@@ -51,8 +50,9 @@ class ContactPhase:
     """Simulates the contact phase of casts in a `station` with geometry, each where its contact-free phase handed over."""
 
     def __init__(self, station: CastStation, integration: Integration) -> None:
-        self._station, self._scenario, self._integration = station, station.scenario, integration
-        self._simulator = Simulator(station.diagram)
+        self._scenario = station.scenario
+        accuracy = self._scenario.simulation.contact_accuracy
+        self._loop = make_loop(station, integration.contact_method, integration.max_step, accuracy)
 
     def settle(self, free: ContactFree) -> Contact:
         """Simulate until the ball rests in the cup, lies outside of it, or the hold is over."""
@@ -65,8 +65,8 @@ class ContactPhase:
         try:
             while n * period < end:
                 n += CONTACT_POLL_PERIODS
-                advance(self._simulator, n * period)
-                p_WL, speed = poll_ball(self._station, self._simulator)
+                self._loop.advance(n)
+                p_WL, speed = self._loop.poll_ball()
                 p_CL = p_WL - [*free.cup, cup.rim_height]
                 inside = bool(is_inside(p_CL, cup))
                 is_low = inside and possible_rise(p_CL, speed, self._scenario) < REST_RISE
@@ -88,32 +88,25 @@ class ContactPhase:
         has_diverged = False
         try:
             # On to an integer number of control periods: there the next cast's clock can start.
-            advance(self._simulator, period * math.ceil(end / period - 1e-9))
+            self._loop.advance(math.ceil(end / period - 1e-9))
         except DivergedError:
             has_diverged = True
         return self._result(free, has_diverged)
 
     def _begin(self, free: ContactFree) -> None:
-        context = self._simulator.get_mutable_context()
-        self._station.begin(context, free.motion, free.cup, noise_seed=free.noise_seed)
-        context.SetTime(free.hand_over.time)
-        self._station.set_state(context, free.hand_over)
-        method, accuracy = self._integration.contact_method, self._scenario.simulation.contact_accuracy
-        begin_integration(self._simulator, method, self._integration.max_step, accuracy)
-        self._simulator.Initialize()
+        start = free.hand_over
+        self._loop.begin(free.motion, free.cup, noise_seed=free.noise_seed, state=start, time=start.time)
 
     def _touches_cup(self) -> bool:
         """Return whether the ball touches the cup."""
-        plant = self._station.plant
+        plant = self._loop.plant
         cup = plant.GetBodyByName("cup").index()
-        context = plant.GetMyContextFromRoot(self._simulator.get_context())
-        contacts = evaluate(plant.get_contact_results_output_port(), context)
+        contacts = evaluate(plant.get_contact_results_output_port(), self._loop.plant_context)
         pairs = (contacts.point_pair_contact_info(i) for i in range(contacts.num_point_pair_contacts()))
         return any(cup in (pair.bodyA_index(), pair.bodyB_index()) for pair in pairs)
 
     def _result(self, free: ContactFree, has_diverged: bool) -> Contact:
-        context = self._simulator.get_context()
         # The first sample is the state that was handed over: the last one of the contact-free phase.
-        since = self._station.logged(context).part(slice(1, None))
+        since = self._loop.log().part(slice(1, None))
         log = bounded_part(free.log_to_hand_over.followed_by(since))
-        return Contact(log, self._station.state(context), has_diverged)
+        return Contact(log, self._loop.state(), has_diverged)

@@ -9,15 +9,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from pydrake.systems.analysis import Simulator
 
 from wam_cast.cast import Cast
 from wam_cast.motion.stages import CastMotion, Stage
 from wam_cast.robot.station import CastStation, Log
 from wam_cast.robot.station_state import StationState
 from wam_cast.simulation.ball_and_cup import SLACK_MARGIN, gap_to_contact
-from wam_cast.simulation.integration import ACCURACY, begin_integration, choose_integration
-from wam_cast.simulation.polling import CONTACT_POLL_PERIODS, POLL_PERIODS, DivergedError, advance, poll_ball
+from wam_cast.simulation.integration import ACCURACY, choose_integration
+from wam_cast.simulation.sampled_loop import make_loop
+from wam_cast.simulation.station_loop import CONTACT_POLL_PERIODS, POLL_PERIODS, DivergedError
 from wam_cast.types import Array, Position
 
 TRAVEL_MARGIN = 2e-4
@@ -88,7 +88,7 @@ class ContactFreePhase:
         self.station = station
         self.integration = choose_integration(station)
         self._scenario = station.scenario
-        self._simulator = Simulator(self.station.diagram)
+        self._loop = make_loop(station, self.integration.method, self.integration.max_step, ACCURACY)
 
     def run(
         self, cast: Cast, cup: Position | None = None, noise_seed: int = 0, start: Start | None = None
@@ -110,11 +110,10 @@ class ContactFreePhase:
         try:
             while n * period < end:
                 n += n_poll
-                # A product, as Drake counts its samples: a sum could fall short of the last one.
-                advance(self._simulator, n * period)
-                p_WL, speed = poll_ball(self.station, self._simulator)
+                self._loop.advance(n)
+                p_WL, speed = self._loop.poll_ball()
                 if down is None and p_WL[2] <= self._scenario.cup.rim_height:
-                    down = self._state()
+                    down = self._loop.state()
                 if down is None:
                     above_until = n * period
                 is_far = cup is None
@@ -123,7 +122,7 @@ class ContactFreePhase:
                     travel = speed * period + TRAVEL_MARGIN  # in a control period
                     is_far = gap > 2 * POLL_PERIODS * travel
                     if gap < CONTACT_POLL_PERIODS * travel:
-                        hand_over = self._state()
+                        hand_over = self._loop.state()
                 n_poll = POLL_PERIODS if is_far and down is None else CONTACT_POLL_PERIODS
                 if down is not None and (cup is None or hand_over is not None) and self._is_down(p_WL):
                     break
@@ -133,32 +132,23 @@ class ContactFreePhase:
             motion=motion,
             cup=cup,
             noise_seed=noise_seed,
-            log=self.station.logged(self._simulator.get_context()),
+            log=self._loop.log(),
             above_until=above_until,
-            hand_over=self._state() if hand_over is None else hand_over,
+            hand_over=self._loop.state() if hand_over is None else hand_over,
             comes_near=hand_over is not None,
             has_diverged=has_diverged,
             down=down,
         )
 
     def _begin(self, cast: Cast, cup: Position | None, noise_seed: int, start: Start | None) -> CastMotion:
-        context = self._simulator.get_mutable_context()
         start_bearing = 0.0 if start is None else start.bearing
         motion = self.station.executed_motion(cast, cup, noise_seed=noise_seed, start_bearing=start_bearing)
-        self.station.begin(context, motion, noise_seed=noise_seed)
-        if start is not None:
-            self.station.set_state(context, start.state)
-        begin_integration(self._simulator, self.integration.method, self.integration.max_step, ACCURACY)
-        self._simulator.Initialize()
+        self._loop.begin(motion, noise_seed=noise_seed, state=None if start is None else start.state)
         return motion
-
-    def _state(self) -> StationState:
-        return self.station.state(self._simulator.get_context())
 
     def _is_down(self, p_WL: Array) -> bool:
         """Return whether a ball that has come down to the rim plane is all below it, or hangs in a taut string."""
-        plant, cup = self.station.plant, self._scenario.cup
-        context = plant.GetMyContextFromRoot(self._simulator.get_context())
-        p_EL_W = p_WL - plant.GetBodyByName("tool_plate").EvalPoseInWorld(context).translation()
+        cup, hand = self._scenario.cup, self._loop.plant.GetBodyByName("tool_plate")
+        p_EL_W = p_WL - hand.EvalPoseInWorld(self._loop.plant_context).translation()
         is_taut = np.linalg.norm(p_EL_W) >= (1 - SLACK_MARGIN) * self._scenario.string.length
         return bool(is_taut or p_WL[2] <= cup.rim_height - self._scenario.ball.radius)

@@ -21,6 +21,10 @@ micrometres."""
 MIN_STEP = 1e-8
 """A simulation that needs shorter steps [s] diverges: an arm out of control makes its string flail ever faster."""
 
+ROUNDING = 1 + 1e-9
+"""By how much a step may be longer than the longest: two samples may be farther apart by rounding, and a second step for that would
+cost as much as the first."""
+
 STIFFNESS, CONTACT_STIFFNESS = 8.0, 40.0
 """Products of fastest rate and longest step from which on the implicit method is the faster one, and so where impacts hinder it."""
 
@@ -66,7 +70,7 @@ class Integration:
 
 def begin_integration(simulator: Simulator, method: str, max_step: float, accuracy: float) -> None:
     """Give `simulator` a new integrator: it keeps the length of its last step, and outcomes must not depend on it."""
-    ResetIntegratorFromFlags(simulator, method, max_step)
+    ResetIntegratorFromFlags(simulator, method, ROUNDING * max_step)
     integrator = simulator.get_mutable_integrator()
     integrator.set_target_accuracy(accuracy)
     integrator.set_requested_minimum_step_size(MIN_STEP)

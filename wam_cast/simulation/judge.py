@@ -20,7 +20,7 @@ from wam_cast.simulation.contact import Contact
 from wam_cast.simulation.contact_free import ContactFree
 from wam_cast.simulation.kinematics import Kinematics
 from wam_cast.simulation.outcome import Outcome, Status
-from wam_cast.simulation.polling import bounded_part
+from wam_cast.simulation.station_loop import bounded_part
 from wam_cast.types import Array
 
 TRACKING_SAMPLES = 10

@@ -7,40 +7,34 @@ becomes of them.
 from __future__ import annotations
 
 import numpy as np
-from pydrake.systems.analysis import Simulator
 
 from wam_cast.motion.stages import CastMotion, Stage
 from wam_cast.robot.plant import N_ARM
 from wam_cast.robot.station import CastStation, Log
 from wam_cast.robot.station_state import PartState, StationState
-from wam_cast.simulation.integration import ACCURACY, EXPLICIT, Integration, begin_integration
-from wam_cast.simulation.polling import POLL_PERIODS, DivergedError, advance
+from wam_cast.simulation.integration import ACCURACY, EXPLICIT, Integration
+from wam_cast.simulation.sampled_loop import make_loop
+from wam_cast.simulation.station_loop import POLL_PERIODS, DivergedError
 
 
 class RestOfDrop:
     """Simulates the arm of a `station` without a ball to the end of the drop, in steps as long as with one."""
 
     def __init__(self, station: CastStation, integration: Integration) -> None:
-        self._station, self._max_step = station, integration.max_step
-        self._simulator = Simulator(station.diagram)
+        self._loop = make_loop(station, EXPLICIT, integration.max_step, ACCURACY)
+        self._period = station.scenario.controller.period
 
     def run(self, motion: CastMotion, since: StationState, noise_seed: int) -> Log:
         """Return the log from `since`, a state of a station with a ball, to the end of the drop; its states are (n, 14)."""
-        context = self._simulator.get_mutable_context()
-        self._station.begin(context, motion, noise_seed=noise_seed)
-        context.SetTime(since.time)
-        self._station.set_state(context, _of_arm(since))
-        begin_integration(self._simulator, EXPLICIT, self._max_step, ACCURACY)
-        self._simulator.Initialize()
-        period, end = self._station.scenario.controller.period, motion.stage_ends[Stage.DROP]
-        n = round(since.time / period)
+        self._loop.begin(motion, noise_seed=noise_seed, state=_of_arm(since), time=since.time)
+        end, n = motion.stage_ends[Stage.DROP], round(since.time / self._period)
         try:
-            while n * period < end:
+            while n * self._period < end:
                 n += POLL_PERIODS
-                advance(self._simulator, n * period)
+                self._loop.advance(n)
         except DivergedError:
             pass  # the log shows it: no arm keeps its limits so
-        log = self._station.logged(context)
+        log = self._loop.log()
         return log.part(log.times <= end)
 
 

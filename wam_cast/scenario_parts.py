@@ -31,12 +31,8 @@ T = TypeVar("T")
 ForEachJoint: TypeAlias = Annotated[tuple[T, T, T, T, T, T, T], BeforeValidator(_for_each_joint)]
 
 Scale: TypeAlias = ForEachJoint[Factor]  # factors of the joints 1 to 7, or one for all
-
-Multiple = Annotated[float, Field(ge=0, le=20)]
-Multiples: TypeAlias = ForEachJoint[Multiple]  # the same, 0 among them
-
-Share = Annotated[float, Field(ge=0, le=2)]
-Shares: TypeAlias = ForEachJoint[Share]  # the same, from 0 to 2
+Multiples: TypeAlias = ForEachJoint[Annotated[float, Field(ge=0, le=20)]]  # the same, 0 among them
+Shares: TypeAlias = ForEachJoint[Annotated[float, Field(ge=0, le=2)]]  # the same, from 0 to 2
 
 CupOffset = Annotated[float, Field(ge=-0.1, le=0.1)]
 Offset = Annotated[float, Field(ge=-0.2, le=0.2)]
@@ -66,9 +62,8 @@ class Arm(Part):
     Attributes
     ----------
     urdf
-        The arm's model file; a path in a scenario file counts from that file's folder, else from where the
-        program runs. By default the shipped `models/wam7.urdf`.
-        Any URDF will do whose seven revolute joints are arranged as the WAM's: see `wam_cast.arm.arm_model`.
+        The arm's model file, by default the shipped `models/wam7.urdf`; a path counts from the scenario file's folder, in Python
+        from where the program runs. Any URDF will do whose seven joints are arranged as the WAM's: see `wam_cast.arm.arm_model`.
     base_frame, hand_frame
         Names of the links that are mounted and that the string hangs from.
     joints

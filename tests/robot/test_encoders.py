@@ -5,9 +5,9 @@ import csv
 import numpy as np
 import pytest
 
+from wam_cast.arm.arm_chain import arm_chain, encoder_resolution
 from wam_cast.arm.arm_model import models_directory
-from wam_cast.robot.encoders import Encoders, encoder_resolution
-from wam_cast.robot.plant import make_arm_plant
+from wam_cast.robot.encoders import Encoders
 from wam_cast.scenario import Scenario
 
 PERIOD = 0.002
@@ -26,7 +26,7 @@ def test_resolution_is_a_count_over_the_gears():
     with (models_directory() / "wam7_parameters.csv").open(encoding="utf-8", newline="") as file:
         rows = [row for row in csv.DictReader(file) if row["joint_type"] == "revolute"]
     gears = np.array([float(row["gear_ratio"]) for row in rows])
-    found = encoder_resolution(make_arm_plant(Scenario()), 4096)
+    found = encoder_resolution(arm_chain(Scenario().arm), 4096)
     np.testing.assert_allclose(found, 2 * np.pi / (4096 * gears), rtol=1e-12)
 
 
@@ -48,7 +48,7 @@ def test_measured_state_is_at_most_half_a_count_off_and_as_often_too_large_as_to
 
 def test_without_counts_angles_are_off_by_the_offset_and_speeds_exact():
     offset = 1e-3 * np.arange(1, 8)
-    encoders = Encoders(encoder_resolution(make_arm_plant(Scenario()), 0), PERIOD, offset)
+    encoders = Encoders(encoder_resolution(arm_chain(Scenario().arm), 0), PERIOD, offset)
     context, state = encoders.CreateDefaultContext(), np.linspace(-1, 1, 14)
     encoders.get_input_port().FixValue(context, state)
     np.testing.assert_array_equal(encoders.get_output_port().Eval(context), state + np.r_[offset, np.zeros(7)])

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from wam_cast.robot.motors import DIFFERENTIALS, Motors, motor_utilization, saturate
+from wam_cast.arm.arm_chain import DIFFERENTIALS
+from wam_cast.robot.motors import Motors, motor_utilization, saturate
 from wam_cast.robot.plant import make_arm_plant
 from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Arm, Scenario

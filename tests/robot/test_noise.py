@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scipy.stats import kstest
 
+from wam_cast.arm.arm_chain import arm_chain, encoder_resolution
 from wam_cast.cast import PARAMETERS, Cast
 from wam_cast.casting_plane import to_casting_plane
 from wam_cast.errors import InputError
 from wam_cast.motion.noise_draws import CHUNK, Source, executed_cast, random_stream, swing_at_start, torque_deviates
 from wam_cast.motion.stages import CastMotion
 from wam_cast.robot.controller import CastController
-from wam_cast.robot.encoders import encoder_resolution
 from wam_cast.robot.motors import saturate
 from wam_cast.robot.noise import TorqueNoise
 from wam_cast.robot.station import CastStation
@@ -266,7 +266,7 @@ def test_every_torque_of_a_recording_is_the_law_of_what_the_encoders_saw_and_the
     context = controller.CreateDefaultContext()
     along, _ = to_casting_plane(np.array(recording.cup), CAST.bearing)
     controller.set_cast(context, executed_cast(scenario.noise, CAST, seed), cup_radius=along)
-    resolution = encoder_resolution(CastStation(scenario, has_scene=False).plant, TYPICAL.encoder_counts)
+    resolution = encoder_resolution(arm_chain(scenario.arm), TYPICAL.encoder_counts)
     unit = np.concatenate([resolution, resolution / PERIOD])
     n_q = recording.states.shape[1] // 2
     arm_states = recording.states[:, np.r_[0:7, n_q : n_q + 7]]

@@ -7,11 +7,11 @@ import pytest
 from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 from pydrake.systems.framework import LeafSystem
 
+from wam_cast.arm.arm_chain import FRICTION_SPEED
 from wam_cast.arm.arm_model import arm_model, models_directory
 from wam_cast.cast import Cast, default_cup
 from wam_cast.errors import InputError
 from wam_cast.motion.stages import CastMotion
-from wam_cast.robot.forces import FRICTION_SPEED
 from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Scenario
 from wam_cast.visualization.viewer import open_meshcat

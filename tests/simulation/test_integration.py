@@ -6,6 +6,7 @@ import pytest
 from wam_cast.cast import Cast
 from wam_cast.errors import InputError
 from wam_cast.generation.sampling import sample_cast
+from wam_cast.motion.polling import MAX_STATE
 from wam_cast.robot.controller import CastController
 from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Noise, Scenario
@@ -13,7 +14,6 @@ from wam_cast.simulation import contact_free
 from wam_cast.simulation.integration import EXPLICIT, IMPLICIT, choose_integration, fastest_rate
 from wam_cast.simulation.outcome import Status
 from wam_cast.simulation.simulator import CastSimulator
-from wam_cast.simulation.station_loop import MAX_STATE
 
 TYPICAL = Cast(0.30, 0.60, 0.10)
 LONG = Cast(0.40, 0.85, 0.50)

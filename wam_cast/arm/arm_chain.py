@@ -14,6 +14,12 @@ from wam_cast.arm.urdf_file import DRAKE, MOMENTS, Element, link_of, number, num
 from wam_cast.scenario_parts import Arm
 from wam_cast.types import Array
 
+DIFFERENTIALS = ((1, 2), (4, 5))
+"""Pairs of joints (from 0) that share two motors through a cable differential: 2 with 3, and 5 with 6."""
+
+FRICTION_SPEED = 0.1
+"""Joint speed [rad/s] from which Coulomb friction has its full size; below, it grows in proportion."""
+
 
 class ArmChain(NamedTuple):
     """Frame i, from 1 to 7, is fixed to link i, at its joint, which turns it about its z axis; frame 0 is the base's.
@@ -84,6 +90,11 @@ def arm_chain(arm: Arm) -> ArmChain:
     for values in chain:
         values.setflags(write=False)  # they are shared
     return chain
+
+
+def encoder_resolution(chain: ArmChain, counts: int) -> Array:
+    """Return what one of a motor's `counts` in a revolution is at its joint [rad], (7,); zeros if there are none."""
+    return 2 * np.pi / (counts * chain.gear_ratio) if counts else np.zeros(len(chain.gear_ratio))
 
 
 def _of_joints(joints: list[Element], part: str, key: str) -> Array:

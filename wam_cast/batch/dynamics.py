@@ -18,11 +18,9 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
+from wam_cast.arm.arm_chain import FRICTION_SPEED
 from wam_cast.batch.numbers import ArmNumbers, CastNumbers, StringNumbers
 from wam_cast.batch.vectors import Element, Matrix, Symmetric, Vector
-
-FRICTION_SPEED = 0.1
-"""As of `wam_cast.robot.forces`."""
 
 N_ARM = 7
 

@@ -16,13 +16,14 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from wam_cast.batch.arguments import Precision, checked_casts, checked_precision, checked_scenarios, checked_seeds
-from wam_cast.batch.flight import POLL_PERIODS, SLACK_MARGIN, Flight, Settings, fly
+from wam_cast.batch.flight import Flight, Settings, fly
 from wam_cast.batch.landing import Landing, landing
 from wam_cast.batch.numbers import CastNumbers, numbers, stacked
 from wam_cast.cast import PARAMETERS, Cast
 from wam_cast.errors import InputError
 from wam_cast.motion.noise_draws import CHUNK, first_torque_deviates
 from wam_cast.motion.pendulum import fastest_swing
+from wam_cast.motion.polling import POLL_PERIODS, SLACK_MARGIN
 from wam_cast.scenario import Scenario
 from wam_cast.storage.casts_part import SCHEMA, STATUSES
 from wam_cast.types import Array

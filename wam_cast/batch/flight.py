@@ -15,13 +15,14 @@ from wam_cast.batch.dynamics import N_ARM, accelerations, ball_motion
 from wam_cast.batch.law import commanded, given, measured, reference, torque_limits, utilization
 from wam_cast.batch.numbers import CastNumbers
 from wam_cast.batch.vectors import Vector
-
-POLL_PERIODS, DOWN_POLL_PERIODS = 10, 3
-"""Control periods between two polls of the ball, before and after it was seen at the rim plane or below."""
-
-TRACKING_SAMPLES = 10
-MAX_BALL_SPEED, MAX_STATE = 100.0, 1e3
-TAUT, SLACK_MARGIN = 0.995, 0.005
+from wam_cast.motion.polling import (
+    CONTACT_POLL_PERIODS,
+    MAX_BALL_SPEED,
+    MAX_STATE,
+    POLL_PERIODS,
+    SLACK_MARGIN,
+    TRACKING_SAMPLES,
+)
 
 
 class Sample(NamedTuple):
@@ -171,7 +172,7 @@ def _look(numbers: CastNumbers, settings: Settings, flight: Flight) -> Flight:
     # Polls.
     is_down = flight.down_sample >= 0
     since_down = flight.sample - flight.down_sample
-    is_poll = jnp.where(is_down, since_down % DOWN_POLL_PERIODS == 0, flight.sample % POLL_PERIODS == 0)
+    is_poll = jnp.where(is_down, since_down % CONTACT_POLL_PERIODS == 0, flight.sample % POLL_PERIODS == 0)
     is_poll = is_poll & active & (flight.sample > 0)
     is_fast = ~(v_WL.dot(v_WL) < MAX_BALL_SPEED**2)
     diverges = is_poll & is_fast
@@ -181,7 +182,7 @@ def _look(numbers: CastNumbers, settings: Settings, flight: Flight) -> Flight:
     is_down = down_sample >= 0
     string = p_WL - p_WE
     length = jnp.sqrt(string.dot(string))
-    is_below = (length >= TAUT * target.string_length) | (p_WL.z <= rim - target.ball_radius)
+    is_below = (length >= (1 - SLACK_MARGIN) * target.string_length) | (p_WL.z <= rim - target.ball_radius)
     hold_end = motion.turn_duration + motion.move_duration + motion.wait + motion.drop_duration + motion.hold_duration
     ends = is_poll & ((is_down & is_below) | ~(time < hold_end))
 

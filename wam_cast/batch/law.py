@@ -6,15 +6,13 @@ from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 
+from wam_cast.arm.arm_chain import DIFFERENTIALS
 from wam_cast.batch.dynamics import arm_bodies, full, summed
 from wam_cast.batch.numbers import ArmNumbers, CastNumbers, LawNumbers, MotionNumbers
 from wam_cast.batch.vectors import Matrix, Vector
 from wam_cast.motion.pendulum import Pendulum
 from wam_cast.motion.spline import nonic_step, quintic_step
 from wam_cast.motion.turn import swung_hand
-
-DIFFERENTIALS = ((1, 2), (4, 5))
-"""As of `wam_cast.robot.motors`."""
 
 
 class Reference(NamedTuple):

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from wam_cast.arm.arm_chain import ArmChain, arm_chain
+from wam_cast.arm.arm_chain import arm_chain, encoder_resolution
 from wam_cast.arm.arm_model import arm_model
 from wam_cast.arm.posture import base_rotation, hand_rotation, starting_posture
 from wam_cast.cast import Cast
@@ -140,11 +140,6 @@ def _arm_numbers(scenario: Scenario, tilt: tuple[float, float]) -> ArmNumbers:
         damping=chain.damping,
         friction=np.array(arm.coulomb_friction) * chain.coulomb_friction,
     )
-
-
-def encoder_resolution(chain: ArmChain, counts: int) -> Numbers:
-    """Return what one of a motor's `counts` in a revolution is at its joint [rad], (7,); zeros if there are none."""
-    return 2 * np.pi / (counts * chain.gear_ratio) if counts else np.zeros(len(chain.gear_ratio))
 
 
 def numbers(scenario: Scenario, cast: Cast, noise_seed: int = 0, belief: Scenario | None = None) -> CastNumbers:

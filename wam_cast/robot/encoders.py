@@ -3,21 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import BasicVector, Context
 
 from wam_cast.robot.drake_types import evaluate
 from wam_cast.robot.plant import N_ARM
 from wam_cast.robot.python_system import PythonSystem
 from wam_cast.types import Array
-
-
-def encoder_resolution(plant: MultibodyPlant, counts: int) -> Array:
-    """Return what one of a motor's `counts` in a revolution is at its joint [rad], shape (7,); zeros if there are none."""
-    if counts == 0:
-        return np.zeros(N_ARM)
-    actuators = (plant.get_joint_actuator(index) for index in plant.GetJointActuatorIndices())
-    return np.array([2 * np.pi / (counts * actuator.default_gear_ratio()) for actuator in actuators])
 
 
 class Encoders(PythonSystem):

@@ -11,14 +11,12 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 from pydrake.systems.primitives import Adder, MatrixGain, Saturation
 
+from wam_cast.arm.arm_chain import FRICTION_SPEED
 from wam_cast.arm.arm_model import arm_model
 from wam_cast.robot.drake_types import add_system
 from wam_cast.robot.plant import HOOK, N_ARM, fill_plant
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array
-
-FRICTION_SPEED = 0.1
-"""Joint speed [rad/s] from which Coulomb friction has its full size; below, it grows in proportion."""
 
 
 def add_plant(

@@ -7,15 +7,12 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import BasicVector, Context
 from pydrake.systems.primitives import LinearSystem
 
+from wam_cast.arm.arm_chain import DIFFERENTIALS
 from wam_cast.robot.drake_types import evaluate
 from wam_cast.robot.plant import N_ARM
 from wam_cast.robot.python_system import PythonSystem
 from wam_cast.scenario import Arm
 from wam_cast.types import Array
-
-DIFFERENTIALS = ((1, 2), (4, 5))
-"""Pairs of joints (from 0) that share two motors through a cable differential: 2 with 3, and 5 with 6."""
-
 
 _LOADS = np.eye(N_ARM)
 """Which joints load a joint's motors."""

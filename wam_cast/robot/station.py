@@ -14,6 +14,7 @@ from pydrake.math import RotationMatrix
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, System
 from pydrake.systems.primitives import LinearSystem, LogVectorOutput
 
+from wam_cast.arm.arm_chain import arm_chain, encoder_resolution
 from wam_cast.arm.arm_model import arm_model
 from wam_cast.arm.posture import starting_posture
 from wam_cast.cast import Cast
@@ -24,7 +25,7 @@ from wam_cast.motion.stages import CastMotion, cast_motion
 from wam_cast.robot.ball_tracker import BallTracker
 from wam_cast.robot.controller import CastController
 from wam_cast.robot.drake_types import add_system, evaluate, own_context, translation
-from wam_cast.robot.encoders import Encoders, encoder_resolution
+from wam_cast.robot.encoders import Encoders
 from wam_cast.robot.forces import add_plant
 from wam_cast.robot.motors import Motors, delay_line, fill
 from wam_cast.robot.noise import TorqueNoise
@@ -162,7 +163,7 @@ class CastStation:
         commanded = self.controller.GetOutputPort("actuation")
         offset = np.array(robot.arm.encoder_offset)
         if robot.noise.encoder_counts > 0 or np.any(offset):
-            resolution = encoder_resolution(plant, robot.noise.encoder_counts)
+            resolution = encoder_resolution(arm_chain(robot.arm), robot.noise.encoder_counts)
             self.encoders = add_system(builder, "encoders", Encoders(resolution, period, offset))
             builder.Connect(measured, self.encoders.get_input_port())
             measured = self.encoders.get_output_port()

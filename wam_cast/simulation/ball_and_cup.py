@@ -7,15 +7,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from wam_cast.motion.polling import SLACK_MARGIN
 from wam_cast.scenario import Cup, Scenario
 from wam_cast.tether import lifting_share
 from wam_cast.types import Array, Position
 
 REST_RISE = 0.005
 """A ball in the cup rests once its energy could lift it no higher above the bottom than this [m]."""
-
-SLACK_MARGIN = 0.005
-"""The string is slack when hand and ball are closer than its length by more than this share of it."""
 
 
 def gap_to_contact(p_WL: Array, cup: Position, scenario: Scenario) -> float:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
+from wam_cast.motion.polling import CONTACT_POLL_PERIODS
 from wam_cast.motion.stages import Stage
 from wam_cast.robot.drake_types import evaluate
 from wam_cast.robot.station import CastStation, Log
@@ -17,7 +18,7 @@ from wam_cast.simulation.ball_and_cup import REST_RISE, height_above_support, is
 from wam_cast.simulation.contact_free import ContactFree
 from wam_cast.simulation.integration import Integration
 from wam_cast.simulation.sampled_loop import make_loop
-from wam_cast.simulation.station_loop import CONTACT_POLL_PERIODS, DivergedError, bounded_part
+from wam_cast.simulation.station_loop import DivergedError, bounded_part
 
 LYING_HEIGHT = 1.1
 """A ball whose centre is lower than this many of its radii above floor or stand lies there."""

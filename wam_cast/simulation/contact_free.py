@@ -11,13 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from wam_cast.cast import Cast
+from wam_cast.motion.polling import CONTACT_POLL_PERIODS, POLL_PERIODS, SLACK_MARGIN
 from wam_cast.motion.stages import CastMotion, Stage
 from wam_cast.robot.station import CastStation, Log
 from wam_cast.robot.station_state import StationState
-from wam_cast.simulation.ball_and_cup import SLACK_MARGIN, gap_to_contact
+from wam_cast.simulation.ball_and_cup import gap_to_contact
 from wam_cast.simulation.integration import ACCURACY, choose_integration
 from wam_cast.simulation.sampled_loop import make_loop
-from wam_cast.simulation.station_loop import CONTACT_POLL_PERIODS, POLL_PERIODS, DivergedError
+from wam_cast.simulation.station_loop import DivergedError
 from wam_cast.types import Array, Position
 
 TRAVEL_MARGIN = 2e-4

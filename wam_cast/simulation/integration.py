@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 
+from wam_cast.arm.arm_chain import FRICTION_SPEED
 from wam_cast.errors import InputError
-from wam_cast.robot.forces import FRICTION_SPEED, bending_gain, coulomb_friction
+from wam_cast.robot.forces import bending_gain, coulomb_friction
 from wam_cast.robot.plant import N_ARM, joint_damping
 from wam_cast.robot.station import CastStation
 

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from wam_cast.motion.polling import POLL_PERIODS
 from wam_cast.motion.stages import CastMotion, Stage
 from wam_cast.robot.plant import N_ARM
 from wam_cast.robot.station import CastStation, Log
 from wam_cast.robot.station_state import PartState, StationState
 from wam_cast.simulation.integration import ACCURACY, EXPLICIT, Integration
 from wam_cast.simulation.sampled_loop import make_loop
-from wam_cast.simulation.station_loop import POLL_PERIODS, DivergedError
+from wam_cast.simulation.station_loop import DivergedError
 
 
 class RestOfDrop:

@@ -7,23 +7,12 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context
 
+from wam_cast.motion.polling import MAX_BALL_SPEED, MAX_STATE
 from wam_cast.motion.stages import CastMotion
 from wam_cast.robot.station import CastStation, Log
 from wam_cast.robot.station_state import StationState
 from wam_cast.simulation.integration import begin_integration
 from wam_cast.types import Array, Position
-
-POLL_PERIODS = 10
-"""Control periods between two polls of the ball from Python."""
-
-CONTACT_POLL_PERIODS = 3
-"""The same near the cup; longer than an impact, so that a ball at an impact's turning point does not pass for one at rest."""
-
-MAX_BALL_SPEED = 100.0
-"""A ball that is faster [m/s] belongs to a simulation that diverges."""
-
-MAX_STATE = 1e3
-"""So does a joint's angle [rad] or speed [rad/s] beyond this."""
 
 TOO_SHORT_A_STEP = "step smaller than minimum allowed"
 """Of an integrator's message."""

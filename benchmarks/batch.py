@@ -27,7 +27,7 @@ from wam_cast.batch import engine
 from wam_cast.cast import Cast, cast_bounds, is_allowed
 from wam_cast.generation.sampling import sample_cast
 from wam_cast.scenario import Noise, Scenario
-from wam_cast.simulation import contact_free, rest_of_drop
+from wam_cast.simulation import station_loop
 from wam_cast.simulation.simulator import CastSimulator
 from wam_cast.types import Array
 
@@ -91,10 +91,7 @@ def print_agreement(scenario: Scenario, n: int, seed: int) -> None:
         noisy = scenario.model_copy(update={"noise": noise})
         casts = drawn(noisy, n, seed)
         own = by_drake(noisy, casts)
-        with (
-            patch.object(contact_free, "begin_integration", begin_in_equal_steps),
-            patch.object(rest_of_drop, "begin_integration", begin_in_equal_steps),
-        ):
+        with patch.object(station_loop, "begin_integration", begin_in_equal_steps):
             equal = by_drake(noisy, casts)
         for precision in ("float64", "float32"):
             batch = engine.simulate_batch(noisy, casts, range(n), precision)[LANDING].to_numpy()

@@ -9,7 +9,7 @@ from wam_cast.batch.engine import simulate_batch
 from wam_cast.cast import Cast
 from wam_cast.generation.sampling import sample_cast
 from wam_cast.scenario import Noise, Scenario
-from wam_cast.simulation import contact_free, rest_of_drop
+from wam_cast.simulation import station_loop
 from wam_cast.simulation.simulator import CastSimulator
 
 pytestmark = pytest.mark.slow
@@ -45,8 +45,7 @@ def fixed_steps(monkeypatch):
         ResetIntegratorFromFlags(simulator, method, max_step)
         simulator.get_mutable_integrator().set_fixed_step_mode(True)
 
-    for module in (contact_free, rest_of_drop):
-        monkeypatch.setattr(module, "begin_integration", begin)
+    monkeypatch.setattr(station_loop, "begin_integration", begin)
 
 
 def by_drake(scenario, row, seed, belief=None):

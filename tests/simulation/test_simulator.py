@@ -13,6 +13,7 @@ from wam_cast.cast import Cast
 from wam_cast.errors import InputError
 from wam_cast.motion.stages import CastMotion, Stage
 from wam_cast.robot.controller import CastController
+from wam_cast.robot.kinematics import Kinematics
 from wam_cast.robot.motors import motor_utilization
 from wam_cast.robot.plant import make_arm_plant
 from wam_cast.robot.station import CastStation
@@ -20,7 +21,6 @@ from wam_cast.scenario import Motion, Scenario, String
 from wam_cast.simulation.ball_and_cup import SLACK_MARGIN
 from wam_cast.simulation.contact_free import ContactFreePhase
 from wam_cast.simulation.judge import BallTrack, find_crossing
-from wam_cast.simulation.kinematics import Kinematics
 from wam_cast.simulation.outcome import Outcome, Status
 from wam_cast.simulation.simulator import CastSimulator, simulate_cast
 

@@ -14,13 +14,13 @@ from wam_cast.errors import InputError
 from wam_cast.motion.polling import SLACK_MARGIN
 from wam_cast.motion.stages import CastMotion, Stage
 from wam_cast.robot.controller import CastController
+from wam_cast.robot.kinematics import Kinematics
 from wam_cast.robot.motors import motor_utilization
 from wam_cast.robot.plant import make_arm_plant
 from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Motion, Scenario, String
 from wam_cast.simulation.contact_free import ContactFreePhase
 from wam_cast.simulation.judge import BallTrack, find_crossing
-from wam_cast.simulation.kinematics import Kinematics
 from wam_cast.simulation.outcome import Outcome, Status
 from wam_cast.simulation.simulator import CastSimulator, simulate_cast
 
@@ -365,7 +365,7 @@ def fixed_steps(simulator, *_):
 
 def test_state_that_is_not_finite_breaks_no_recording(monkeypatch):
     # Undamped and at too long a fixed step the string blows up within a cast, past the largest number that a float holds.
-    monkeypatch.setattr("wam_cast.simulation.contact_free.begin_integration", fixed_steps)
+    monkeypatch.setattr("wam_cast.simulation.station_loop.begin_integration", fixed_steps)
     broken = CastSimulator(scenario(string={"n_links": 20, "bending_damping": 0.0}))
     recording = broken.record(TYPICAL)
     assert recording.outcome.status is Status.DIVERGED

@@ -22,11 +22,11 @@ from wam_cast.casting_plane import to_casting_plane
 from wam_cast.errors import InputError
 from wam_cast.motion.noise_draws import executed_cast, swing_at_start
 from wam_cast.motion.stages import CastMotion, cast_motion
-from wam_cast.robot.ball_tracker import BallTracker
 from wam_cast.robot.controller import CastController
 from wam_cast.robot.drake_types import add_system, evaluate, own_context, translation
 from wam_cast.robot.encoders import Encoders
 from wam_cast.robot.forces import add_plant
+from wam_cast.robot.kinematics import BallTracker
 from wam_cast.robot.motors import Motors, delay_line, fill
 from wam_cast.robot.noise import TorqueNoise
 from wam_cast.robot.plant import HOOK, hanging_positions

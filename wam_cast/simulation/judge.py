@@ -12,6 +12,7 @@ from scipy.optimize import brentq
 from wam_cast.casting_plane import to_casting_plane
 from wam_cast.motion.polling import SLACK_MARGIN, TRACKING_SAMPLES
 from wam_cast.motion.stages import CastMotion, Stage
+from wam_cast.robot.kinematics import Kinematics
 from wam_cast.robot.motors import TorqueLimits, motor_utilization
 from wam_cast.robot.plant import N_ARM
 from wam_cast.robot.station import CastStation, Log
@@ -19,7 +20,6 @@ from wam_cast.scenario import Cup
 from wam_cast.simulation.ball_and_cup import is_inside, taut_distance, touches_rim
 from wam_cast.simulation.contact import Contact
 from wam_cast.simulation.contact_free import ContactFree
-from wam_cast.simulation.kinematics import Kinematics
 from wam_cast.simulation.outcome import Outcome, Status
 from wam_cast.simulation.station_loop import bounded_part
 from wam_cast.types import Array

@@ -19,13 +19,13 @@ from wam_cast.cast import Cast, checked_cup
 from wam_cast.errors import InputError, checked_integer
 from wam_cast.motion.stages import Stage
 from wam_cast.robot.controller import CastController
+from wam_cast.robot.kinematics import Kinematics
 from wam_cast.robot.station import CastStation, Log, believed
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.contact import Contact, ContactPhase
 from wam_cast.simulation.contact_free import ContactFree, ContactFreePhase, Start
 from wam_cast.simulation.integration import Integration
 from wam_cast.simulation.judge import Judge, log_of
-from wam_cast.simulation.kinematics import Kinematics
 from wam_cast.simulation.loop_stability import check_loop
 from wam_cast.simulation.outcome import Outcome, Status
 from wam_cast.simulation.recording import CastRecording, Throw

@@ -63,7 +63,7 @@ def quiet(simulator):
 @pytest.fixture(scope="module")
 def outcomes(noisy):
     """Return the outcomes of some seeds, simulated after each other."""
-    return {seed: noisy.simulate(CAST, noise_seed=seed) for seed in (1, 0, 7, 2**32, BIG_SEED)}
+    return {seed: noisy.simulate(CAST, noise_seed=seed) for seed in (0, 7, 2**32, BIG_SEED)}
 
 
 # ---------------------------------------------------------------- a pure function of the seed
@@ -79,10 +79,11 @@ def test_without_noise_the_diagram_is_what_it_was(simulator):
     assert names == {"plant", "scene_graph", "controller", "motors", "hold", "ball_tracker", "state_log", "torque_log"}
 
 
-@pytest.mark.parametrize("seed", [0, 7, BIG_SEED])
-def test_same_seed_gives_the_same_cast_whoever_ran_before(noisy, outcomes, seed):
-    assert_identical(simulator_of(TYPICAL).simulate(CAST, noise_seed=seed), outcomes[seed])
-    assert_identical(simulate_cast(noisy.scenario, CAST, noise_seed=seed), outcomes[seed])
+def test_same_seed_gives_the_same_cast_whoever_ran_before(outcomes):
+    fresh = simulator_of(TYPICAL)
+    for seed in (BIG_SEED, 7):
+        assert_identical(fresh.simulate(CAST, noise_seed=seed), outcomes[seed])
+    assert_identical(simulate_cast(Scenario(noise=TYPICAL), CAST, noise_seed=0), outcomes[0])
 
 
 @pytest.mark.slow

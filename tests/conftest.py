@@ -2,6 +2,7 @@
 
 import math
 import os
+import pickle
 import resource
 import shutil
 import signal
@@ -10,10 +11,15 @@ from concurrent.futures import Executor, Future
 from contextlib import contextmanager
 from types import SimpleNamespace
 
+# Before NumPy is loaded, here and in the processes that tests start: the threads of BLAS would wait for each other longer than they
+# work, most of all where pytest uses the other cores too.
+os.environ.update(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1")
+
 import hypothesis
 import numpy as np
 import psutil
 import pytest
+from filelock import FileLock
 
 from wam_cast.arm.arm_model import arm_model
 from wam_cast.cast import Cast
@@ -240,6 +246,22 @@ def browser():
         chromium = playwright.chromium.launch(executable_path=executable, args=options)
         yield chromium
         chromium.close()
+
+
+@pytest.fixture(scope="session")
+def once(tmp_path_factory):
+    """Return a function that makes what has a name, in the first process of pytest that asks; the others read what it made."""
+    own = tmp_path_factory.getbasetemp()
+    folder = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
+
+    def read_or_make(name, make):
+        path = folder / f"{name}.pickle"
+        with FileLock(folder / f"{name}.lock"):
+            if not path.exists():
+                path.write_bytes(pickle.dumps(make()))
+        return pickle.loads(path.read_bytes())
+
+    return read_or_make
 
 
 @pytest.fixture(scope="session")

@@ -61,9 +61,9 @@ def test_json_is_the_whole_map(cli, noisy):
 
 def test_options_arrive(cli, floor_without_physics):
     words = ("--planner", "program", "--solver", "nlopt", "--workers", "1")
-    assert cli("map", "--out", "map.pdf", *SMALL, *words).code == 0
+    assert cli("map", "--out", "map.svg", *SMALL, *words).code == 0
     assert {planned[1:] for planned in floor_without_physics.planned} == {("program", "nlopt")}
-    cli("map", "--out", "map.pdf", *SMALL, "--planner", "gradient")
+    cli("map", "--out", "map.svg", *SMALL, "--planner", "gradient")
     assert floor_without_physics.planned[-1][1:] == ("gradient", None)
 
 

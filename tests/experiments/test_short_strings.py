@@ -12,7 +12,7 @@ from wam_cast.planning.reach import Reach
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.simulator import simulate_cast
 
-N_CASTS, N_CUPS = 250, 8
+N_CASTS, N_CUPS = 120, 6
 
 
 @pytest.mark.slow

@@ -55,7 +55,7 @@ def test_any_string_lands_where_it_converges(changes, monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("ball", [0.045, 0.058, 0.060])
+@pytest.mark.parametrize("ball", [0.045, 0.060])
 def test_casts_of_a_heavy_ball_never_diverge(ball):
     setting = scenario(ball={"mass": ball}, string={"length": 0.55})
     simulator = CastSimulator(setting)
@@ -74,9 +74,11 @@ def test_explicit_and_implicit_method_agree(monkeypatch):
     np.testing.assert_allclose(landings[EXPLICIT], landings[IMPLICIT], atol=2e-5)
 
 
-@pytest.mark.parametrize("changes", [{}, {"string": {"n_links": 20}}], ids=["explicit", "implicit"])
-def test_outcome_does_not_depend_on_what_was_simulated_before(changes):
-    simulator = CastSimulator(scenario(**changes))
+@pytest.mark.parametrize("method", [EXPLICIT, IMPLICIT])
+def test_outcome_does_not_depend_on_what_was_simulated_before(method, monkeypatch):
+    monkeypatch.setattr("wam_cast.simulation.integration.STIFFNESS", np.inf if method == EXPLICIT else 0.0)
+    simulator = CastSimulator(scenario(string={"n_links": 5}))
+    assert simulator.integration.method == method
     before = simulator.simulate(TYPICAL)
     simulator.simulate(LONG)
     np.testing.assert_array_equal(simulator.simulate(TYPICAL).landing, before.landing)

@@ -11,13 +11,15 @@ from wam_cast.errors import InputError
 from wam_cast.motion.stages import Stage
 from wam_cast.robot.controller import CastController
 from wam_cast.robot.station import CastStation
-from wam_cast.scenario import Noise, Scenario
+from wam_cast.scenario import Motion, Noise, Scenario
 from wam_cast.simulation.contact_free import ContactFreePhase
 from wam_cast.simulation.outcome import Outcome, Status
 from wam_cast.simulation.recording import Throw
 from wam_cast.simulation.simulator import CastSimulator, simulate_cast, simulate_casts
 
 CASTS = [Cast(0.30, 0.60, 0.10), Cast(0.20, 0.30, 0.45, bearing=0.05), Cast(0.30, 0.60, 0.10, bearing=-0.1)]
+QUICK = Motion(hold_duration=0.4, pull_duration=0.4, slide_duration=0.4, retreat_duration=1.0)
+"""The same casts, and a way home on which a ball is lifted out in less time."""
 
 
 def assert_identical(found, expected):
@@ -25,14 +27,23 @@ def assert_identical(found, expected):
         np.testing.assert_array_equal(getattr(found, field.name), getattr(expected, field.name), err_msg=field.name)
 
 
-@pytest.fixture(scope="module")
-def throws(simulator):
-    return [Throw(cast, tuple(simulator.simulate(cast).landing)) for cast in CASTS]
+def into_its_cup(simulator, cast):
+    return Throw(cast, tuple(simulator.simulate(cast).landing))
 
 
 @pytest.fixture(scope="module")
-def recordings(simulator, throws):
-    return simulator.record_sequence(throws)
+def first(simulator):
+    return into_its_cup(simulator, CASTS[0])
+
+
+@pytest.fixture(scope="module")
+def throws(simulator, first):
+    return [first, *(into_its_cup(simulator, cast) for cast in CASTS[1:])]
+
+
+@pytest.fixture(scope="module")
+def recordings(simulator, throws, once):
+    return once("sequence", lambda: simulator.record_sequence(throws))
 
 
 @pytest.mark.slow
@@ -65,26 +76,24 @@ def test_ball_hangs_clear_of_every_cup_when_the_cup_is_moved(recordings):
 
 
 @pytest.mark.slow
-def test_outcomes_are_those_of_the_recordings_whoever_ran_before(simulator, throws, recordings):
+def test_function_takes_casts_and_cups_and_tells_the_outcomes_of_the_recordings(throws, recordings):
     heard = []
-    outcomes = simulator.simulate_sequence(throws, on_outcome=heard.append)
+    outcomes = simulate_casts(Scenario(), CASTS, [throw.cup for throw in throws], on_outcome=heard.append)
     assert heard == outcomes
     for outcome, recording in zip(outcomes[:-1], recordings[:-1], strict=True):
         assert_identical(outcome, recording.outcome)
     assert_identical(dataclasses.replace(outcomes[-1], return_faults=()), recordings[-1].outcome)
 
 
-@pytest.mark.slow
-def test_function_takes_casts_and_cups(throws, recordings):
-    outcomes = simulate_casts(Scenario(), CASTS[:2], [throw.cup for throw in throws[:2]])
-    for outcome, recording in zip(outcomes, recordings[:2], strict=True):
-        assert_identical(outcome, recording.outcome)
+def test_no_casts_have_no_outcomes():
     assert simulate_casts(Scenario(), [], []) == []
 
 
-def test_one_throw_is_a_cast_of_its_own(simulator, throws):
-    (outcome,) = simulator.simulate_sequence(throws[2:])
-    assert_identical(outcome, simulator.simulate(throws[2].cast, throws[2].cup))
+def test_one_throw_is_a_cast_of_its_own(simulator, first):
+    throw = dataclasses.replace(first, cast=dataclasses.replace(CASTS[0], bearing=-1e-3))  # its turn is short
+    (outcome,) = simulator.simulate_sequence([throw])
+    assert outcome.is_caught
+    assert_identical(outcome, simulator.simulate(throw.cast, throw.cup))
 
 
 @pytest.mark.slow
@@ -96,30 +105,29 @@ def test_missed_ball_is_put_to_rest_before_the_next_cast(simulator, throws):
 
 
 @pytest.mark.slow
-def test_who_is_told_of_an_outcome_may_simulate_something_else(simulator, throws):
-    expected = simulator.simulate_sequence(throws[:2])
+def test_who_is_told_of_an_outcome_may_simulate_something_else(simulator, throws, recordings):
     found = simulator.simulate_sequence(
         throws[:2], on_outcome=lambda _: simulator.simulate(throws[2].cast, throws[2].cup)
     )
-    for one, other in zip(found, expected, strict=True):
-        assert_identical(one, other)
+    for outcome, recording in zip(found, recordings[:2], strict=True):
+        assert_identical(outcome, recording.outcome)
 
 
-def test_function_that_is_told_may_simulate_something_else(throws):
+def test_function_that_is_told_may_simulate_something_else(first):
     scenario, heard = Scenario(), []
 
     def hear(_):
         heard.append(simulate_cast(scenario, CASTS[0]).status)
 
-    simulate_casts(scenario, [throws[0].cast], [throws[0].cup], on_outcome=hear)
+    simulate_casts(scenario, [first.cast], [first.cup], on_outcome=hear)
     assert heard == [Status.LANDED]
 
 
-def test_bearing_that_joint_1_cannot_turn_to_is_refused_before_anything_is_simulated(simulator, throws):
+def test_bearing_that_joint_1_cannot_turn_to_is_refused_before_anything_is_simulated(simulator, first):
     heard = []
-    behind = Throw(Cast(0.3, 0.6, 0.1, bearing=3.0), throws[0].cup)
+    behind = Throw(Cast(0.3, 0.6, 0.1, bearing=3.0), first.cup)
     with pytest.raises(InputError, match="joint 1"):
-        simulator.simulate_sequence([throws[0], behind], on_outcome=heard.append)
+        simulator.simulate_sequence([first, behind], on_outcome=heard.append)
     assert heard == []
 
 
@@ -138,7 +146,7 @@ class Counting(CastController):
 
 @pytest.mark.slow
 def test_controllers_own_state_goes_on_into_the_cup_and_to_the_next_cast(throws):
-    simulator = CastSimulator(Scenario(), make_controller=Counting)
+    simulator = CastSimulator(Scenario(motion=QUICK), make_controller=Counting)
     recordings = simulator.record_sequence(throws[:2])
     loop = simulator._contact._loop
     own = loop.station.controller.GetMyContextFromRoot(loop._simulator.get_context())
@@ -146,7 +154,7 @@ def test_controllers_own_state_goes_on_into_the_cup_and_to_the_next_cast(throws)
     assert own.get_discrete_state(0).value()[0] == pytest.approx(n_periods, abs=4)
 
 
-def test_diverged_simulation_is_followed_by_a_start_from_rest(simulator, throws, monkeypatch):
+def test_diverged_simulation_is_followed_by_a_start_from_rest(simulator, first, monkeypatch):
     limits = iter([1.0, 100.0])  # of the ball's speed [m/s]: what it is in the first throw counts as diverged
     begin = ContactFreePhase._begin
 
@@ -156,14 +164,14 @@ def test_diverged_simulation_is_followed_by_a_start_from_rest(simulator, throws,
 
     with monkeypatch.context() as patch:
         patch.setattr(ContactFreePhase, "_begin", begin_with_next_limit)
-        diverged, after = simulator.simulate_sequence([throws[0], throws[0]])
+        diverged, after = simulator.simulate_sequence([first, first])
     assert diverged.status is Status.DIVERGED
-    assert_identical(after, simulator.simulate(throws[0].cast, throws[0].cup))
+    assert_identical(after, simulator.simulate(first.cast, first.cup))
 
 
 @pytest.mark.slow
 def test_each_throw_has_the_noise_of_its_own_seed(throws):
-    noisy = CastSimulator(Scenario(noise=Noise(distance=0.002, swing=0.004)))
+    noisy = CastSimulator(Scenario(motion=QUICK, noise=Noise(distance=0.002, swing=0.004)))
     recordings = noisy.record_sequence([throws[0], throws[0]], noise_seed=7)
     assert recordings[0].outcome.is_caught
     for seed, recording in zip((7, 8), recordings, strict=True):
@@ -177,16 +185,16 @@ def test_each_throw_has_the_noise_of_its_own_seed(throws):
 
 
 @pytest.mark.parametrize("cup", [(0.6,), (0.6, float("nan"))])
-def test_bad_cup_is_refused_before_anything_is_simulated(simulator, throws, cup):
+def test_bad_cup_is_refused_before_anything_is_simulated(simulator, first, cup):
     heard = []
     with pytest.raises(InputError, match="cup = "):
-        simulator.simulate_sequence([throws[0], Throw(CASTS[1], cup)], on_outcome=heard.append)
+        simulator.simulate_sequence([first, Throw(CASTS[1], cup)], on_outcome=heard.append)
     assert heard == []
 
 
-def test_numbers_of_casts_and_cups_must_agree(throws):
+def test_numbers_of_casts_and_cups_must_agree(first):
     with pytest.raises(InputError, match="3 casts for 1 cups"):
-        simulate_casts(Scenario(), CASTS, [throws[0].cup])
+        simulate_casts(Scenario(), CASTS, [first.cup])
 
 
 def test_controller_that_is_not_told_where_it_starts_cannot_go_on(limp):
@@ -204,10 +212,12 @@ def test_order_of_cups_over_the_whole_reach_changes_no_landing_much(restitution)
     from wam_cast.planning.plan import plan_cast
 
     simulator = CastSimulator(Scenario.from_dict({"cup": {"restitution": restitution}}))
-    places = [(0.985, 0.0), (0.27, 0.4), (0.83, -0.5), (0.6, 1.0), (0.95, -2.0), (0.4, 2.5), (0.985, -2.5)]
+    places = [(0.985, 0.0), (0.27, 0.4), (0.83, -0.5), (0.4, 2.5), (0.95, 2.0)]
     plans = [plan_cast(reference_model(), (r * np.cos(b), r * np.sin(b))) for r, b in places]
     outcomes = simulator.simulate_sequence([Throw(plan.cast, plan.cup) for plan in plans])
     for plan, outcome in zip(plans, outcomes, strict=True):
         assert outcome.is_caught
         assert outcome.return_faults == ()
-        assert np.linalg.norm(outcome.landing - simulator.simulate(plan.cast).landing) < 5e-3
+        alone = simulator.simulate(dataclasses.replace(plan.cast, bearing=0.0))
+        off = np.subtract([outcome.landing_along, outcome.landing_across], alone.landing)
+        assert np.linalg.norm(off) < 5e-3

@@ -26,17 +26,22 @@ from wam_cast.visualization.style import PAPER
 
 
 @pytest.fixture(scope="module")
-def frames(caught):
-    return list(animation_frames(caught))
+def frames(caught, once):
+    return once("frames", lambda: list(animation_frames(caught)))
 
 
 @pytest.fixture(scope="module")
-def gif(frames, caught, tmp_path_factory):
+def gif(frames, caught, tmp_path_factory, once):
     """Return the file of the film, of frames that are rendered once for all tests."""
     path = tmp_path_factory.mktemp("film") / "cast.gif"
-    with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(animation, "animation_frames", lambda _: iter(frames))
-        write_animation(caught, path)
+
+    def write():
+        with pytest.MonkeyPatch.context() as patched:
+            patched.setattr(animation, "animation_frames", lambda _: iter(frames))
+            write_animation(caught, path)
+        return path.read_bytes()
+
+    path.write_bytes(once("gif", write))
     return path
 
 

@@ -48,7 +48,7 @@ def on_table():
     scenario = Scenario.from_dict(ON_TABLE | {"cup": ON_TABLE["cup"] | {"offset": [0.01, -0.005]}})
     simulator, cast = CastSimulator(scenario), Cast(0.3, 0.6, 0.1)
     landing = simulator.simulate(cast).landing
-    recording = simulator.record(cast, (landing[0] - 0.01, landing[1] + 0.005))
+    recording = simulator.record(cast, (landing[0] - 0.01, landing[1] + 0.005), returns=False)
     assert recording.outcome.is_caught
     np.testing.assert_allclose(recording.cup, landing)  # where it does stand
     return recording

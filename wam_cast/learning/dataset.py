@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -25,6 +25,9 @@ from wam_cast.scenario import Scenario
 from wam_cast.storage.casts_part import SCHEMA, PartError, UnreadablePartError, concatenated
 from wam_cast.storage.dataset_directory import MOST_CASTS, DatasetDirectory, part_rows
 from wam_cast.types import Array, checks_types
+
+if TYPE_CHECKING:
+    from wam_cast.simulation.outcome import Outcome
 
 Row = dict[str, Any]
 
@@ -231,7 +234,12 @@ def simulate_row(
 
     cast = sample_cast(scenario, seed, row)
     outcome = simulate_cast(scenario, cast, noise_seed=row_noise_seed(seed, row), make_controller=make_controller)
-    return _cast_columns(row, cast) | {
+    return cast_columns(row, cast) | outcome_columns(outcome)
+
+
+def outcome_columns(outcome: Outcome) -> Row:
+    """Return the columns of a dataset that tell what became of a cast."""
+    return {
         "landing_along": outcome.landing_along,
         "landing_across": outcome.landing_across,
         "status": outcome.status.value,
@@ -246,7 +254,8 @@ def simulate_row(
     }
 
 
-def _cast_columns(row: int, cast: Cast) -> Row:
+def cast_columns(row: int, cast: Cast) -> Row:
+    """Return the columns of a dataset that say which cast it was."""
     return {"cast": row, "distance": cast.distance, "speed": cast.speed, "wait": cast.wait}
 
 

@@ -1,0 +1,104 @@
+"""`wam-cast crosscheck`: the same casts through all engines."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from wam_cast.cli import model_choice, options
+from wam_cast.cli.results import print_json
+from wam_cast.cli.terminal import err, out, phase_progress, print_table
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from wam_cast.crosscheck.engine_comparison import EngineComparison
+    from wam_cast.crosscheck.verdict_comparison import Verdicts
+
+HEADINGS = (
+    "landing [mm]",
+    "ball's path [mm]",
+    "entry speed [mm/s]",
+    "entry angle [mrad]",
+    "peak torque [%]",
+    "peak velocity [%]",
+)
+
+
+def crosscheck(
+    casts: Annotated[int, typer.Option(min=1, help="How many random casts.")] = 20,
+    seed: Annotated[int, typer.Option(min=0, help="Draws the casts: row i of a seed is always the same.")] = 0,
+    scenario: options.Scenario = None,
+    cups: Annotated[
+        bool, typer.Option("--cups", metavar="", help="Compare verdicts too, with cups off the landings.")
+    ] = False,
+    as_json: options.AsJson = False,
+) -> None:
+    """Simulate the same casts in Drake, in MuJoCo and by the batched engine, and tell how far they are from each other.
+
+    MuJoCo's robot is made from the scenario's numbers alone, and its control law written for it. The answer is no if converged
+    landings of Drake and MuJoCo differ by more than 0.01 mm at the median or 0.1 mm at most, or a cast ends otherwise.
+    """
+    from wam_cast.crosscheck.engine_comparison import BATCH, compare_engines
+    from wam_cast.crosscheck.verdict_comparison import compare_verdicts
+
+    setting = model_choice.load_scenario(scenario)
+    verdicts: list[Verdicts] = []
+    with phase_progress() as report:
+        comparison = compare_engines(setting, casts, seed, on_progress=report)
+        if cups:
+            verdicts = compare_verdicts(setting, casts, seed, on_progress=lambda done: report("with cups", done, casts))
+    if BATCH not in comparison.frames:
+        err.print("the batched engine is not installed here: it is left out")
+    if as_json:
+        with_cups = {"cups": [one.record() for one in verdicts]} if cups else {}
+        print_json({**comparison.record(), **with_cups})
+    else:
+        _print_comparison(comparison)
+        if cups:
+            _print_verdicts(verdicts)
+    if not comparison.agrees:
+        raise typer.Exit(1)
+
+
+def _print_comparison(comparison: EngineComparison) -> None:
+    from wam_cast.crosscheck.engine_comparison import MUJOCO_CONVERGED, QUANTITIES, percentiles
+
+    rows = []
+    for engine in comparison.frames:
+        if engine == MUJOCO_CONVERGED:
+            continue
+        off = comparison.differences(engine)
+        shares = (percentiles(scale * off[name]) for name, scale in QUANTITIES.items())
+        cells = ["\n".join(f"{value:.2g}" for value in share.values()) for share in shares]
+        rows.append((engine, f"{len(off)}", f"{comparison.n_other_statuses(engine)}", *cells))
+    out.print("off MuJoCo, converged: median, P95 and largest")
+    print_table(
+        rows, ("engine", "casts\ncompared", "end\notherwise", *(name.replace(" [", "\n[") for name in HEADINGS))
+    )
+    n_casts = len(comparison.frames[MUJOCO_CONVERGED])
+    out.print(
+        f"the converged landings of {n_casts} casts {'agree' if comparison.agrees else 'do not agree'} between Drake and MuJoCo"
+    )
+
+
+def _print_verdicts(verdicts: Sequence[Verdicts]) -> None:
+    rows = []
+    for offset in sorted({one.offset for one in verdicts}):
+        group = [one for one in verdicts if one.offset == offset]
+        in_drake = sum(one.drake == "caught" for one in group)
+        in_mujoco = sum(one.mujoco == "caught" for one in group)
+        n_same = sum(one.is_same for one in group)
+        rows.append((f"{1e3 * offset:g}", *map(str, (len(group), in_drake, in_mujoco, n_same))))
+    out.print("into cups off the landing")
+    print_table(rows, ("off [mm]", "casts", "caught in Drake", "caught in MuJoCo", "same verdict"))
+    for one in verdicts:
+        if not one.is_same:
+            rim = " and ".join(
+                name for name, touched in (("Drake", one.rim_in_drake), ("MuJoCo", one.rim_in_mujoco)) if touched
+            )
+            out.print(
+                f"cast {one.cast}, {1e3 * one.offset:g} mm off: {one.drake} in Drake, {one.mujoco} in MuJoCo; the ball touched the "
+                f"rim in {rim or 'neither'}"
+            )

@@ -1,0 +1,87 @@
+"""The same casts into cups that stand off their landings, in Drake and in MuJoCo: what becomes of the balls, side by side."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from wam_cast.crosscheck.mujoco_contact import cast_into_cup
+from wam_cast.crosscheck.mujoco_flight import MujocoSimulator
+from wam_cast.learning.sampling import row_noise_seed, sample_cast
+from wam_cast.scenario import Scenario
+from wam_cast.simulation.ball_and_cup import touches_rim
+from wam_cast.simulation.outcome import Status
+from wam_cast.simulation.simulator import CastSimulator
+from wam_cast.types import Array, Position, checks_types
+
+OFFSETS = (0.0, 0.010, 0.020, 0.025)
+"""Of the cup's axis from the landing [m]."""
+
+
+@dataclass(frozen=True)
+class Verdicts:
+    """A cast into a cup, in both engines.
+
+    Attributes
+    ----------
+    cast, offset, cup
+        The cast's row, how far from its landing the cup's axis is [m], and world (x, y) of it [m].
+    drake, mujoco
+        What became of the ball.
+    rim_in_drake, rim_in_mujoco
+        Whether it touched the rim.
+    """
+
+    cast: int
+    offset: float
+    cup: Position
+    drake: Status
+    mujoco: Status
+    rim_in_drake: bool
+    rim_in_mujoco: bool
+
+    @property
+    def is_same(self) -> bool:
+        """Whether both say the same."""
+        return self.drake == self.mujoco
+
+    def record(self) -> dict[str, Any]:
+        """Return it as JSON takes it."""
+        return {**asdict(self), "is_same": self.is_same}
+
+
+@checks_types
+def compare_verdicts(
+    scenario: Scenario, n_casts: int, seed: int = 0, *, on_progress: Callable[[int], None] | None = None
+) -> list[Verdicts]:
+    """Simulate the first `n_casts` casts of a `seed`, each into a cup at each of `OFFSETS` from where it lands.
+
+    The directions are drawn from the seed. Casts that do not land, or meet a limit of the arm, are left out. `on_progress` is called
+    with the number of finished casts. Raises `.InputError` as `.compare_engines` does.
+    """
+    drake, mujoco = CastSimulator(scenario), MujocoSimulator(scenario)
+    found = []
+    for row in range(n_casts):
+        cast, noise_seed = sample_cast(scenario, seed, row), row_noise_seed(seed, row)
+        free = drake.simulate(cast, noise_seed=noise_seed)
+        directions = np.random.default_rng((seed, row)).uniform(-math.pi, math.pi, len(OFFSETS))
+        for offset, direction in zip(OFFSETS, directions, strict=True):
+            if free.status is not Status.LANDED:
+                continue
+            x, y = free.landing + offset * np.array([math.cos(direction), math.sin(direction)])
+            cup = (float(x - scenario.cup.offset[0]), float(y - scenario.cup.offset[1]))
+            recording = drake.record(cast, cup, noise_seed=noise_seed, returns=False)
+            status, samples = cast_into_cup(mujoco, cast, cup, noise_seed)
+            rims = (_touches_rim(p_WL, (x, y), scenario) for p_WL in (recording.p_WL, samples.p_WL))
+            found.append(Verdicts(row, offset, cup, recording.outcome.status, status, *rims))
+        if on_progress is not None:
+            on_progress(row + 1)
+    return found
+
+
+def _touches_rim(p_WL: Array, place: Position, scenario: Scenario) -> bool:
+    return bool(np.any(touches_rim(p_WL - [*place, scenario.cup.rim_height], scenario.cup, scenario.ball.radius)))

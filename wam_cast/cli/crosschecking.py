@@ -17,17 +17,13 @@ if TYPE_CHECKING:
     from wam_cast.crosscheck.verdict_comparison import Verdicts
 
 HEADINGS = (
-    "landing [mm]",
-    "ball's path [mm]",
-    "entry speed [mm/s]",
-    "entry angle [mrad]",
-    "peak torque [%]",
-    "peak velocity [%]",
+    *("landing\n[mm]", "ball's path\n[mm]", "entry speed\n[mm/s]", "entry angle\n[mrad]"),
+    *("peak torque\n[%]", "peak velocity\n[%]"),
 )
 
 
 def crosscheck(
-    casts: Annotated[int, typer.Option(min=1, help="How many random casts.")] = 20,
+    casts: Annotated[int, typer.Option(min=1, max=10_000, help="How many random casts.")] = 20,
     seed: Annotated[int, typer.Option(min=0, help="Draws the casts: row i of a seed is always the same.")] = 0,
     scenario: options.Scenario = None,
     cups: Annotated[
@@ -65,18 +61,19 @@ def crosscheck(
 def _print_comparison(comparison: EngineComparison) -> None:
     from wam_cast.crosscheck.engine_comparison import MUJOCO_CONVERGED, QUANTITIES, percentiles
 
-    rows = []
+    rows, remarks = [], []
     for engine in comparison.frames:
         if engine == MUJOCO_CONVERGED:
             continue
-        off = comparison.differences(engine)
-        shares = (percentiles(scale * off[name]) for name, scale in QUANTITIES.items())
-        cells = ["\n".join(f"{value:.2g}" for value in share.values()) for share in shares]
-        rows.append((engine, f"{len(off)}", f"{comparison.n_other_statuses(engine)}", *cells))
-    out.print("off MuJoCo, converged: median, P95 and largest")
-    print_table(
-        rows, ("engine", "casts\ncompared", "end\notherwise", *(name.replace(" [", "\n[") for name in HEADINGS))
-    )
+        off, n_other = comparison.differences(engine), comparison.n_other_statuses(engine)
+        columns = [percentiles(scale * off[name]) for name, scale in QUANTITIES.items()]
+        rows += [(engine, share, *(f"{column[share]:.2g}" for column in columns)) for share in columns[0]]
+        if n_other:
+            remarks.append(f"{engine}: {n_other} casts end otherwise; {len(off)} that land in both are compared")
+    out.print("off MuJoCo, converged")
+    print_table(rows, ("engine", "of casts", *HEADINGS))
+    for remark in remarks:
+        out.print(remark)
     n_casts = len(comparison.frames[MUJOCO_CONVERGED])
     out.print(
         f"the converged landings of {n_casts} casts {'agree' if comparison.agrees else 'do not agree'} between Drake and MuJoCo"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -56,20 +56,25 @@ class Verdicts:
 
 @checks_types
 def compare_verdicts(
-    scenario: Scenario, n_casts: int, seed: int = 0, *, on_progress: Callable[[int], None] | None = None
+    scenario: Scenario,
+    n_casts: int,
+    seed: int = 0,
+    *,
+    offsets: Sequence[float] = OFFSETS,
+    on_progress: Callable[[int], None] | None = None,
 ) -> list[Verdicts]:
-    """Simulate the first `n_casts` casts of a `seed`, each into a cup at each of `OFFSETS` from where it lands.
+    """Simulate the first `n_casts` casts of a `seed`, each into a cup at each of the `offsets` [m] from where it lands.
 
-    The directions are drawn from the seed. Casts that do not land, or meet a limit of the arm, are left out. `on_progress` is called
-    with the number of finished casts. Raises `.InputError` as `.compare_engines` does.
+    The directions are drawn from the seed. Casts that do not land, or meet a limit of the arm, are left out. `on_progress` is
+    called with the number of finished casts. Raises `.InputError` as `.compare_engines` does.
     """
     drake, mujoco = CastSimulator(scenario), MujocoSimulator(scenario)
     found = []
     for row in range(n_casts):
         cast, noise_seed = sample_cast(scenario, seed, row), row_noise_seed(seed, row)
         free = drake.simulate(cast, noise_seed=noise_seed)
-        directions = np.random.default_rng((seed, row)).uniform(-math.pi, math.pi, len(OFFSETS))
-        for offset, direction in zip(OFFSETS, directions, strict=True):
+        directions = np.random.default_rng((seed, row)).uniform(-math.pi, math.pi, len(offsets))
+        for offset, direction in zip(offsets, directions, strict=True):
             if free.status is not Status.LANDED:
                 continue
             x, y = free.landing + offset * np.array([math.cos(direction), math.sin(direction)])

@@ -1,6 +1,6 @@
 """How landings depend on engine, integration step and number of links: off MuJoCo's fourth-order method at a fine step.
 
-    python benchmarks/crosscheck.py [--casts 20] [--seed 2] [--links 2 5 7 10 14 20] [--picture FILE]
+    python benchmarks/crosscheck.py [--casts 10] [--seed 2] [--links 2 5 7 10 14 20] [--picture FILE]
 
 Drake's method is error-controlled, its step the longest that is allowed. MuJoCo's `Euler` and `implicitfast` are of first order.
 """
@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from rich.console import Console
-from rich.progress import track
+from rich.progress import track as track_progress
 from rich.table import Table
 
 from wam_cast.cast import Cast
@@ -28,6 +29,8 @@ from wam_cast.simulation.simulator import CastSimulator
 from wam_cast.types import Array
 from wam_cast.visualization.picture_files import check_picture, write_figure
 from wam_cast.visualization.style import figure_style
+
+track = partial(track_progress, console=Console(stderr=True), transient=True)
 
 STEPS = (2e-3, 1e-3, 5e-4, 2.5e-4)
 """Of the integration [s]."""
@@ -42,7 +45,7 @@ MARKS = dict(zip(("Drake", *INTEGRATORS), "os^v", strict=True))
 def drake_landings(scenario: Scenario, step: float, casts: Sequence[Cast]) -> Array:
     """Return how far the balls land from the base axis [m], one a cast."""
     simulator = CastSimulator(scenario.model_copy(update={"simulation": Simulation(max_step=step)}))
-    return np.array([simulator.simulate(cast).landing_along for cast in track(casts, "Drake", transient=True)])
+    return np.array([simulator.simulate(cast).landing_along for cast in track(casts, "Drake")])
 
 
 def mujoco_landings(scenario: Scenario, step: float, casts: Sequence[Cast], integrator: str = "mjINT_RK4") -> Array:
@@ -54,7 +57,7 @@ def mujoco_landings(scenario: Scenario, step: float, casts: Sequence[Cast], inte
     def landing(cast: Cast) -> float:
         return float(flight_numbers(simulator.fly(cast), scenario, simulator.limits)["landing_along"])
 
-    return np.array([landing(cast) for cast in track(casts, integrator, transient=True)])
+    return np.array([landing(cast) for cast in track(casts, integrator)])
 
 
 def by_step(scenario: Scenario, casts: Sequence[Cast]) -> dict[str, list[Array]]:
@@ -67,7 +70,7 @@ def by_step(scenario: Scenario, casts: Sequence[Cast]) -> dict[str, list[Array]]
 
 
 def by_links(links: Sequence[int], casts: Sequence[Cast]) -> tuple[dict[str, list[Array]], list[Array]]:
-    """Return by engine, for each number of links, the landings' distances [m] from those with the most, and Drake's from MuJoCo's."""
+    """Return by engine, for each number of links, landings' distances [m] from those with the most, and Drake's from MuJoCo's."""
     scenarios = [Scenario.from_dict({"string": {"n_links": n}}) for n in links]
     step = Simulation().max_step
     drake = [drake_landings(scenario, step, casts) for scenario in scenarios]
@@ -114,7 +117,7 @@ def print_table(title: str, rows: Sequence[tuple[str, str, Array]]) -> None:
 
 def main() -> None:
     arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    arguments.add_argument("--casts", type=int, default=20)
+    arguments.add_argument("--casts", type=int, default=10)
     arguments.add_argument("--seed", type=int, default=2)
     arguments.add_argument(
         "--links", type=int, nargs="+", default=[2, 5, 7, 10, 14, 20], help="the last is the standard"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -48,7 +49,7 @@ def crosscheck(
     if BATCH not in comparison.frames:
         err.print("the batched engine is not installed here: it is left out")
     if as_json:
-        with_cups = {"cups": [one.record() for one in verdicts]} if cups else {}
+        with_cups = {"cups": [{**asdict(one), "is_same": one.is_same} for one in verdicts]} if cups else {}
         print_json({**comparison.record(), **with_cups})
     else:
         _print_comparison(comparison)
@@ -84,18 +85,16 @@ def _print_verdicts(verdicts: Sequence[Verdicts]) -> None:
     rows = []
     for offset in sorted({one.offset for one in verdicts}):
         group = [one for one in verdicts if one.offset == offset]
-        in_drake = sum(one.drake == "caught" for one in group)
-        in_mujoco = sum(one.mujoco == "caught" for one in group)
-        n_same = sum(one.is_same for one in group)
-        rows.append((f"{1e3 * offset:g}", *map(str, (len(group), in_drake, in_mujoco, n_same))))
-    out.print("into cups off the landing")
-    print_table(rows, ("off [mm]", "casts", "caught in Drake", "caught in MuJoCo", "same verdict"))
+        caught = [sum(getattr(one, name) == "caught" for one in group) for name in ("drake", "mujoco", "mujoco_own")]
+        same = [sum(getattr(one, name) == one.drake for one in group) for name in ("mujoco", "mujoco_own")]
+        rows.append((f"{1e3 * offset:g}", *map(str, (len(group), *caught, *same))))
+    out.print("into cups off the landing: MuJoCo by Drake's law of contact, and by its own")
+    caught_by = ("caught in\nDrake", "in MuJoCo", "by its own")
+    print_table(rows, ("off [mm]", "casts", *caught_by, "as in Drake:\nMuJoCo", "by its own"))
     for one in verdicts:
         if not one.is_same:
-            rim = " and ".join(
-                name for name, touched in (("Drake", one.rim_in_drake), ("MuJoCo", one.rim_in_mujoco)) if touched
-            )
+            rim = "touched the rim" if one.touched_rim else "did not touch the rim"
             out.print(
-                f"cast {one.cast}, {1e3 * one.offset:g} mm off: {one.drake} in Drake, {one.mujoco} in MuJoCo; the ball touched the "
-                f"rim in {rim or 'neither'}"
+                f"cast {one.cast}, {1e3 * one.offset:g} mm off: {one.drake} in Drake, {one.mujoco} in MuJoCo, {one.mujoco_own} by "
+                f"its own contact; the ball {rim}"
             )

@@ -35,6 +35,9 @@ from wam_cast.types import Array, Position
 CONTACT_STEP = 5e-5
 """Of the integration while the ball touches something [s]."""
 
+OWN_STEP = 1e-4
+"""The same with MuJoCo's own contact."""
+
 FREE_SHARE = 10
 """Such steps that are tried as one, and kept if the ball touches nothing in it."""
 
@@ -91,40 +94,59 @@ class CupContact:
         return np.asarray(pressure * (normal - coefficient / size * sliding))
 
 
-class _Pusher:
-    """Advances a robot from sample to sample, in short steps where its ball may touch something."""
+class ByHand:
+    """Advances a robot from sample to sample with `CupContact`, in short steps where its ball may touch something.
 
-    def __init__(self, simulator: MujocoSimulator, cup: Position, step: float) -> None:
+    Attributes
+    ----------
+    robot
+        That is advanced.
+    is_near, touches_cup
+        Whether the ball has come near anything, and whether it touched the cup just now.
+    """
+
+    def __init__(self, simulator: MujocoSimulator, cup: Position) -> None:
         scenario = simulator.scenario
-        self._robot, self._cup, self._scenario = simulator.robot, cup, scenario
-        self._contact = CupContact(scenario, cup)
-        self._n_free = simulator.n_steps
-        self._period = scenario.controller.period
-        self._n_blocks = math.ceil(self._period / (FREE_SHARE * step) - 1e-9)
+        self.robot = simulator.robot
+        self._cup, self._scenario = cup, scenario
+        self._n_free, self._period = simulator.n_steps, scenario.controller.period
         self.is_near = self.touches_cup = False
+        self._prepare()
+
+    def _prepare(self) -> None:
+        self._contact = CupContact(self._scenario, self._cup)
+        self._n_blocks = math.ceil(self._period / (FREE_SHARE * CONTACT_STEP) - 1e-9)
 
     def advance(self, _sample: int) -> None:
         """Bring the robot to the next sample."""
-        robot = self._robot
-        p_WL, v_WL, _ = robot.places
+        p_WL, v_WL, _ = self.robot.places
         travel = float(np.linalg.norm(v_WL)) * self._period + TRAVEL_MARGIN
         if gap_to_contact(p_WL, self._cup, self._scenario) > travel:
-            robot.mujoco.mj_step(robot.model, robot.data, self._n_free)
             self.touches_cup = False
-            return
-        self.is_near = True
+            self._advance_free(self._n_free)
+        else:
+            self.is_near = True
+            self._advance_near()
+
+    def _advance_free(self, n_steps: int) -> None:
+        model = self.robot.model
+        model.opt.timestep = self._period / n_steps
+        self.robot.mujoco.mj_step(model, self.robot.data, n_steps)
+
+    def _advance_near(self) -> None:
+        data = self.robot.data
         block = self._period / self._n_blocks
         for _block in range(self._n_blocks):
-            before = robot.data.qpos.copy(), robot.data.qvel.copy()
+            before = data.qpos.copy(), data.qvel.copy()
             if self._step(block):
-                robot.data.qpos[:], robot.data.qvel[:] = before
+                data.qpos[:], data.qvel[:] = before
                 for _short in range(FREE_SHARE):
                     self._step(block / FREE_SHARE)
-        robot.data.xfrc_applied[:] = 0
+        data.xfrc_applied[:] = 0
 
     def _step(self, step: float) -> bool:
         """Make one step of the classical fourth-order method; return whether the ball touched anything."""
-        data = self._robot.data
+        data = self.robot.data
         q, v = data.qpos.copy(), data.qvel.copy()
         touched = False
         v_now, slopes = v, []
@@ -141,7 +163,7 @@ class _Pusher:
         return touched
 
     def _acceleration(self) -> tuple[Array, bool]:
-        robot = self._robot
+        robot = self.robot
         mj, model, data = robot.mujoco, robot.model, robot.data
         mj.mj_fwdPosition(model, data)
         mj.mj_fwdVelocity(model, data)
@@ -153,21 +175,34 @@ class _Pusher:
         return data.qacc_smooth.copy(), touches
 
 
+class Own(ByHand):
+    """Does so with MuJoCo's own contact, a linear spring and damper that keeps the same share of the speed at 2 m/s."""
+
+    def _prepare(self) -> None:
+        self.robot = Robot(self._scenario, self._period, cup=self._cup)
+        self._floor = self.robot.model.geom("floor").id
+
+    def _advance_near(self) -> None:
+        self._advance_free(math.ceil(self._period / OWN_STEP - 1e-9))
+        contacts = self.robot.data.contact
+        self.touches_cup = bool(np.any((contacts.dist < 0) & np.all(contacts.geom != self._floor, axis=1)))
+
+
 def cast_into_cup(
-    simulator: MujocoSimulator, cast: Cast, cup: Position, noise_seed: int = 0, step: float = CONTACT_STEP
+    simulator: MujocoSimulator, cast: Cast, cup: Position, noise_seed: int = 0, law: type[ByHand] = ByHand
 ) -> tuple[Status, Samples]:
     """Simulate `cast` until the ball rests in a cup that is said to stand at `cup` [m], lies outside of it, or the hold is over.
 
-    Return what became of the ball, by the definitions of the package, and the samples.
+    Return what became of the ball, by the definitions of the package, and the samples; `law` is of contact: `ByHand` or `Own`.
     """
     scenario, shape = simulator.scenario, simulator.scenario.cup
-    control = simulator.begin(cast, noise_seed)
     place = scenario.place_of_cup(cup)
-    pusher = _Pusher(simulator, place, step)
-    watch = _Watch(scenario, place, simulator.robot, pusher)
+    pusher = law(simulator, place)
+    control = simulator.begin(cast, noise_seed, pusher.robot)
+    watch = _Watch(scenario, place, pusher)
     end, period = control.motion.stage_ends[Stage.HOLD], scenario.controller.period
     samples = run(
-        simulator.robot,
+        pusher.robot,
         control,
         period,
         simulator.n_steps,
@@ -189,8 +224,8 @@ def cast_into_cup(
 class _Watch:
     """Sees whether a ball near the cup has come to rest."""
 
-    def __init__(self, scenario: Scenario, place: Position, robot: Robot, pusher: _Pusher) -> None:
-        self._scenario, self._place, self._robot, self._pusher = scenario, place, robot, pusher
+    def __init__(self, scenario: Scenario, place: Position, pusher: ByHand) -> None:
+        self._scenario, self._place, self._pusher = scenario, place, pusher
         self._n_low = 0
         self.is_at_rest = self.is_carried = False
 
@@ -201,7 +236,7 @@ class _Watch:
         cup = self._scenario.cup
         p_CL = p_WL - [*self._place, cup.rim_height]
         inside = bool(is_inside(p_CL, cup))
-        speed = float(np.linalg.norm(self._robot.places[1]))
+        speed = float(np.linalg.norm(self._pusher.robot.places[1]))
         is_low = inside and possible_rise(p_CL, speed, self._scenario) < REST_RISE
         self._n_low = self._n_low + 1 if is_low else 0
         self.is_carried = self._pusher.touches_cup or (self.is_carried and is_low)

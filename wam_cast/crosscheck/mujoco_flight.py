@@ -20,7 +20,7 @@ from wam_cast.robot.plant import HOOK, N_ARM
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.ball_and_cup import SLACK_MARGIN
 from wam_cast.simulation.polling import CONTACT_POLL_PERIODS, MAX_BALL_SPEED, MAX_STATE, POLL_PERIODS
-from wam_cast.types import Array
+from wam_cast.types import Array, Position
 
 STABLE_STEP = 1.2
 """Product of fastest rate and step that is kept: the method allows 2.8, and a pulled string is stiffer than a hanging one."""
@@ -75,13 +75,13 @@ class Robot:
     ----------
     scenario, step
         What is simulated, and in which steps [s].
-    has_ball
-        Whether there are string and ball.
+    has_ball, cup
+        Whether there are string and ball, and where a cup stands, world (x, y) [m], that acts by MuJoCo's own contact.
     """
 
-    def __init__(self, scenario: Scenario, step: float, *, has_ball: bool) -> None:
+    def __init__(self, scenario: Scenario, step: float, *, has_ball: bool = True, cup: Position | None = None) -> None:
         self.mujoco = import_mujoco()
-        self.model = compiled(robot_mjcf(scenario, step, has_ball=has_ball))
+        self.model = compiled(robot_mjcf(scenario, step, has_ball=has_ball, cup=cup))
         # Numbers that run away are to be seen, not to start anew from zero.
         self.model.opt.disableflags |= int(self.mujoco.mjtDisableBit.mjDSBL_AUTORESET)
         self.data = self.mujoco.MjData(self.model)
@@ -178,17 +178,17 @@ class MujocoSimulator:
         for robot in (self.robot, self._arm):
             robot.model.opt.timestep = period / self.n_steps
 
-    def begin(self, cast: Cast, noise_seed: int, cup_radius: float | None = None) -> Control:
-        """Put the robot at the start of `cast`, and return what moves it."""
+    def begin(self, cast: Cast, noise_seed: int, robot: Robot | None = None) -> Control:
+        """Put the robot, or another one of the scenario, at the start of `cast`, and return what moves it."""
         scenario = self.scenario
         executed = executed_cast(scenario.noise, cast, noise_seed)
-        motion = CastMotion(scenario, executed, cup_radius=cup_radius)
+        motion = CastMotion(scenario, executed)
         q, v = self._q_start.copy(), np.zeros(self.robot.model.nv)
         if scenario.noise.swing > 0:
             angles, rates = swing_at_start(scenario, noise_seed)
             q[HOOK] += angles
             v[HOOK] += rates
-        self.robot.set_state(q, v)
+        (robot or self.robot).set_state(q, v)
         return Control(self.law, self.limits, motion, noise_seed)
 
     def fly(self, cast: Cast, noise_seed: int = 0) -> Flight:

@@ -12,6 +12,7 @@ from typing import Any, TypeAlias
 from xml.etree import ElementTree as ET
 
 import numpy as np
+from scipy.optimize import brentq
 
 from wam_cast.arm.arm_model import arm_model
 from wam_cast.arm.arm_urdf import JOINTS
@@ -49,10 +50,11 @@ def compiled(mjcf: Element) -> MjModel:
         raise InputError(f"MuJoCo cannot simulate this scenario: {error}") from None
 
 
-def robot_mjcf(scenario: Scenario, step: float, *, has_ball: bool = True) -> Element:
-    """Return the MJCF of the mounted arm with motors, friction, string and ball, for steps of `step` [s]; it touches nothing.
+def robot_mjcf(scenario: Scenario, step: float, *, has_ball: bool = True, cup: Position | None = None) -> Element:
+    """Return the MJCF of the mounted arm with motors, friction, string and ball, for steps of `step` [s].
 
-    Its first seven actuators are the motors [N m]. Without `has_ball` it has neither string nor ball.
+    Its first seven actuators are the motors [N m]. Without `has_ball` it has neither string nor ball. Without a `cup`, world (x, y)
+    [m] of its axis, the ball touches nothing; with one MuJoCo's own contact acts.
     """
     mjcf = _empty(scenario, step)
     base = _add_arm(mjcf, scenario, R_WB(scenario.arm.mount, scenario.arm.base_tilt))
@@ -76,7 +78,9 @@ def robot_mjcf(scenario: Scenario, step: float, *, has_ball: bool = True) -> Ele
             )
     if has_ball:
         (hand,) = (body for body in base.iter("body") if body.get("name") == "tool_plate")
-        _add_string_and_ball(hand, scenario)
+        ball = _add_string_and_ball(hand, scenario)
+        if cup is not None:
+            _add_contact(mjcf, ball, scenario, cup)
     return mjcf
 
 
@@ -93,9 +97,29 @@ def cup_mjcf(scenario: Scenario, cup: Position) -> Element:
     world = ET.SubElement(mjcf, "worldbody")
     ball = ET.SubElement(world, "body", name="ball")
     ET.SubElement(ball, "freejoint")
-    ET.SubElement(ball, "geom", type="sphere", size=_words(scenario.ball.radius), mass="1")
-    _add_cup(world, scenario.cup, cup)
+    _add_inertia(ball, scenario.ball.mass, np.zeros(3), _ball_inertia(scenario))
+    _add_contact(mjcf, ball, scenario, cup)
     return mjcf
+
+
+def linear_damping_ratio(restitution: float) -> float:
+    """Return the damping ratio z of a spring and damper that only push, with which an impact keeps `restitution` of its speed.
+
+    With the undamped frequency as the unit and w^2 = 1 - z^2, the force x + 2 z x' ends at the time t with tan(w t) = -2 z w /
+    (w^2 - z^2), and the speed left is exp(-z t): Schwager and Poeschel, Coefficient of restitution and linear-dashpot model
+    revisited, 2007.
+    """
+
+    def left(ratio: float) -> float:
+        w = math.sqrt(abs(1 - ratio**2))
+        if w < 1e-6:
+            return math.exp(-2)
+        slow = (
+            math.pi - math.atan2(2 * ratio * w, w**2 - ratio**2) if ratio < 1 else math.log((ratio + w) / (ratio - w))
+        )
+        return math.exp(-ratio * slow / w)
+
+    return float(brentq(lambda ratio: left(ratio) - restitution, 0.0, 10.0))
 
 
 def R_WB(mount: str, tilt: tuple[float, float] = (0.0, 0.0)) -> Array:
@@ -151,8 +175,8 @@ def _hinge(joint: Element, urdf: Element) -> dict[str, str]:
     }
 
 
-def _add_string_and_ball(hand: Element, scenario: Scenario) -> None:
-    """Hang string and ball below the hand.
+def _add_string_and_ball(hand: Element, scenario: Scenario) -> Element:
+    """Hang string and ball below the hand, and return the ball.
 
     Each of their bodies is on a universal joint: a hinge about x, then one about y that the first one turns. Where the string hangs
     from, x is normal to the casting plane, so that the first angle swings in it; z points along the string.
@@ -170,10 +194,15 @@ def _add_string_and_ball(hand: Element, scenario: Scenario) -> None:
         _add_universal_joint(body, f"string_joint{i}", damping, stiffness)
         _add_inertia(body, mass, np.array([0, 0, length / 2]), rod)
         place = {"pos": _words(0, 0, length)}
-    sphere = ball.inertia_factor * ball.mass * ball.radius**2 * np.eye(3)
     body = ET.SubElement(body, "body", name="ball", pos=_words(0, 0, length + ball.radius))
     _add_universal_joint(body, "knot", string.knot_damping, 0.0, below=ball.radius)
-    _add_inertia(body, ball.mass, np.zeros(3), sphere)
+    _add_inertia(body, ball.mass, np.zeros(3), _ball_inertia(scenario))
+    return body
+
+
+def _ball_inertia(scenario: Scenario) -> Array:
+    ball = scenario.ball
+    return ball.inertia_factor * ball.mass * ball.radius**2 * np.eye(3)
 
 
 def _add_universal_joint(body: Element, name: str, damping: float, stiffness: float, below: float = 0.0) -> None:
@@ -198,6 +227,20 @@ def _add_inertia(body: Element, mass: float, centre: Array, inertia: Array) -> N
     ET.SubElement(
         body, "inertial", pos=_words(*centre), mass=_words(mass), diaginertia=_words(*moments), quat=_quaternion(axes)
     )
+
+
+def _add_contact(mjcf: Element, ball: Element, scenario: Scenario, position: Position) -> None:
+    """Give the ball its surface, and add cup, stand and floor: MuJoCo's own contact is a spring and a damper for each kilogram."""
+    cup, rate = scenario.cup, math.sqrt(scenario.cup.stiffness / scenario.ball.mass)
+    geom = ET.SubElement(ET.SubElement(mjcf, "default"), "geom")
+    geom.set("solref", _words(-(rate**2), -2 * linear_damping_ratio(cup.restitution) * rate))
+    geom.set("solimp", "0.9999 0.9999 0.001 0.5 2")  # as stiff and damped as that, whatever the overlap
+    geom.set("friction", _words(cup.friction, 0, 0))
+    for option in mjcf.findall("option"):
+        option.set("cone", "elliptic")
+    ET.SubElement(ball, "geom", type="sphere", size=_words(scenario.ball.radius))
+    (world,) = mjcf.findall("worldbody")
+    _add_cup(world, cup, position)
 
 
 def _add_cup(world: Element, cup: Cup, position: Position) -> None:

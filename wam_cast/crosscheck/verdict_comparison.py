@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
-from wam_cast.crosscheck.mujoco_contact import cast_into_cup
+from wam_cast.crosscheck.mujoco_contact import ByHand, Own, cast_into_cup
 from wam_cast.crosscheck.mujoco_flight import MujocoSimulator
 from wam_cast.learning.sampling import row_noise_seed, sample_cast
 from wam_cast.scenario import Scenario
@@ -30,10 +29,10 @@ class Verdicts:
     ----------
     cast, offset, cup
         The cast's row, how far from its landing the cup's axis is [m], and world (x, y) of it [m].
-    drake, mujoco
-        What became of the ball.
-    rim_in_drake, rim_in_mujoco
-        Whether it touched the rim.
+    drake, mujoco, mujoco_own
+        What became of the ball: in Drake, in MuJoCo by Drake's law of contact, and by MuJoCo's own.
+    touched_rim
+        Whether it touched the rim in any of them.
     """
 
     cast: int
@@ -41,17 +40,13 @@ class Verdicts:
     cup: Position
     drake: Status
     mujoco: Status
-    rim_in_drake: bool
-    rim_in_mujoco: bool
+    mujoco_own: Status
+    touched_rim: bool
 
     @property
     def is_same(self) -> bool:
-        """Whether both say the same."""
-        return self.drake == self.mujoco
-
-    def record(self) -> dict[str, Any]:
-        """Return it as JSON takes it."""
-        return {**asdict(self), "is_same": self.is_same}
+        """Whether all say the same."""
+        return self.drake == self.mujoco == self.mujoco_own
 
 
 @checks_types
@@ -80,9 +75,10 @@ def compare_verdicts(
             x, y = free.landing + offset * np.array([math.cos(direction), math.sin(direction)])
             cup = (float(x - scenario.cup.offset[0]), float(y - scenario.cup.offset[1]))
             recording = drake.record(cast, cup, noise_seed=noise_seed, returns=False)
-            status, samples = cast_into_cup(mujoco, cast, cup, noise_seed)
-            rims = (_touches_rim(p_WL, (x, y), scenario) for p_WL in (recording.p_WL, samples.p_WL))
-            found.append(Verdicts(row, offset, cup, recording.outcome.status, status, *rims))
+            by_hand, own = (cast_into_cup(mujoco, cast, cup, noise_seed, law) for law in (ByHand, Own))
+            paths = np.vstack([recording.p_WL, by_hand[1].p_WL, own[1].p_WL])
+            touched = _touches_rim(paths, (x, y), scenario)
+            found.append(Verdicts(row, offset, cup, recording.outcome.status, by_hand[0], own[0], touched))
         if on_progress is not None:
             on_progress(row + 1)
     return found

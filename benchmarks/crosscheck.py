@@ -89,6 +89,8 @@ def draw_by_step(axes: Axes, off: dict[str, list[Array]]) -> None:
         )
         axes.loglog(1e3 * np.array(STEPS), [1e3 * one.max() for one in columns], color=line.get_color(), lw=0.6)
     axes.set(xlabel="step [ms]", ylabel="landing off the converged one [mm]", title="By integration step")
+    axes.minorticks_off()
+    axes.set_xticks([1e3 * step for step in STEPS], [f"{1e3 * step:g}" for step in STEPS])
     axes.legend(fontsize="small")
 
 
@@ -105,6 +107,7 @@ def draw_by_links(axes: Axes, links: Sequence[int], off: dict[str, list[Array]],
         )
     axes.semilogy(links, [1e3 * np.median(one) for one in apart], marker="x", label="Drake off MuJoCo RK4")
     axes.set(xlabel="links", ylabel="landing [mm]", title="By number of links")
+    axes.set_xticks(links)
     axes.legend(fontsize="small")
 
 

@@ -8,10 +8,11 @@ from wam_cast.robot.plant import STICTION_SPEED, hunt_crossley_dissipation
 from wam_cast.scenario import Cup, Scenario
 from wam_cast.simulation.outcome import Status
 
-pytest.importorskip("mujoco")
+mujoco = pytest.importorskip("mujoco")
 
 from wam_cast.crosscheck.mujoco_contact import CupContact, cast_into_cup
 from wam_cast.crosscheck.mujoco_flight import MujocoSimulator
+from wam_cast.crosscheck.mujoco_model import compiled, cup_mjcf
 from wam_cast.crosscheck.verdict_comparison import compare_verdicts
 
 SCENARIO = Scenario()
@@ -74,6 +75,17 @@ def test_an_impact_keeps_its_share_of_the_speed(restitution):
         speed += step * force[2] / mass
         height += step * speed
     assert speed == pytest.approx(2 * restitution, rel=0.01)
+
+
+@pytest.mark.parametrize("restitution", [0.1, 0.25, 0.6])
+def test_mujocos_own_contact_keeps_the_same_share(restitution):
+    scenario = Scenario(cup=Cup(restitution=restitution), gravity=0.1)
+    model = compiled(cup_mjcf(scenario, CUP))
+    model.opt.timestep = 2e-5
+    data = mujoco.MjData(model)
+    data.qpos[:3], data.qvel[2] = [0, 0, scenario.ball.radius + 1e-5], -2.0
+    mujoco.mj_step(model, data, 2000)
+    assert data.qvel[2] == pytest.approx(2 * restitution, abs=0.02)
 
 
 def test_verdicts_are_drakes():

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from itertools import count
-from typing import Any, TypeAlias
+from typing import Any
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -22,9 +22,6 @@ from wam_cast.robot.forces import FRICTION_SPEED
 from wam_cast.robot.plant import N_CUP_WALLS, STRING_RADIUS
 from wam_cast.scenario import Cup, Scenario
 from wam_cast.types import Array, Position
-
-MjModel: TypeAlias = Any
-"""Of MuJoCo, which may not be there."""
 
 MOUNTS = {"ceiling": (math.pi, 0.0, 0.0), "floor": (0.0, 0.0, 0.0), "wall": (0.0, math.pi / 2, 0.0)}
 """Roll, pitch and yaw of the base [rad]."""
@@ -42,7 +39,7 @@ def import_mujoco() -> Any:
     return mujoco
 
 
-def compiled(mjcf: Element) -> MjModel:
+def compiled(mjcf: Element) -> Any:
     """Return MuJoCo's model of an MJCF. Raises `.InputError` where MuJoCo refuses its numbers."""
     try:
         return import_mujoco().MjModel.from_xml_string(ET.tostring(mjcf, encoding="unicode"))

@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 
 from wam_cast.cast import Cast
+from wam_cast.crosscheck.mujoco_contact import CupContact, cast_into_cup
+from wam_cast.crosscheck.mujoco_flight import MujocoSimulator
+from wam_cast.crosscheck.mujoco_model import compiled, cup_mjcf
+from wam_cast.crosscheck.verdict_comparison import compare_verdicts
 from wam_cast.robot.plant import STICTION_SPEED, hunt_crossley_dissipation
 from wam_cast.scenario import Cup, Scenario
 from wam_cast.simulation.outcome import Status
 
 mujoco = pytest.importorskip("mujoco")
 
-from wam_cast.crosscheck.mujoco_contact import CupContact, cast_into_cup
-from wam_cast.crosscheck.mujoco_flight import MujocoSimulator
-from wam_cast.crosscheck.mujoco_model import compiled, cup_mjcf
-from wam_cast.crosscheck.verdict_comparison import compare_verdicts
 
 SCENARIO = Scenario()
 CUP = (0.5, 0.3)

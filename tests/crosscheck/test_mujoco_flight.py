@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from wam_cast.cast import Cast
+from wam_cast.crosscheck.flight_numbers import flight_numbers
+from wam_cast.crosscheck.mujoco_flight import MujocoSimulator
 from wam_cast.errors import InputError
 from wam_cast.learning.dataset import simulate_row
 from wam_cast.learning.sampling import row_noise_seed, sample_cast
@@ -11,8 +13,6 @@ from wam_cast.scenario import Controller, Noise, Scenario, Simulation
 
 pytest.importorskip("mujoco")
 
-from wam_cast.crosscheck.flight_numbers import flight_numbers
-from wam_cast.crosscheck.mujoco_flight import MujocoSimulator
 
 STEP = 5e-4
 COUNTED = ("status", "is_slack")

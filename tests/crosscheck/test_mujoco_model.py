@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
+from wam_cast.crosscheck.mujoco_flight import Robot
 from wam_cast.robot.plant import N_ARM
 from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Scenario
 
 mujoco = pytest.importorskip("mujoco")
 
-from wam_cast.crosscheck.mujoco_flight import Robot  # noqa: E402 - only with MuJoCo
 
 MOUNTS = {
     "ceiling": {},

@@ -67,7 +67,7 @@ def _print_comparison(comparison: EngineComparison) -> None:
         if engine == MUJOCO_CONVERGED:
             continue
         off, n_other = comparison.differences(engine), comparison.n_other_statuses(engine)
-        columns = [percentiles(scale * off[name]) for name, scale in QUANTITIES.items()]
+        columns = [percentiles(scale * off[name].to_numpy()) for name, scale in QUANTITIES.items()]
         rows += [(engine, share, *(f"{column[share]:.2g}" for column in columns)) for share in columns[0]]
         if n_other:
             remarks.append(f"{engine}: {n_other} casts end otherwise; {len(off)} that land in both are compared")

@@ -98,7 +98,7 @@ class EngineComparison:
             engines[engine] = {
                 "n_compared": len(off),
                 "n_other_statuses": self.n_other_statuses(engine),
-                "differences": {name: percentiles(off[name]) for name in QUANTITIES},
+                "differences": {name: percentiles(off[name].to_numpy()) for name in QUANTITIES},
                 "casts": frame.to_dict("records"),
             }
         return {
@@ -111,9 +111,9 @@ class EngineComparison:
         }
 
 
-def percentiles(off: pd.Series[float]) -> dict[str, float]:
-    """Return median, P95 and the largest of differences; nan of none."""
-    values = off.dropna()
+def percentiles(off: Array) -> dict[str, float]:
+    """Return median, P95 and the largest of differences, (n,), of those that are not nan; nan if none is."""
+    values = off[~np.isnan(off)]
     found = np.percentile(values, [50, 95, 100]) if len(values) else np.full(3, np.nan)
     return dict(zip(("median", "p95", "largest"), map(float, found), strict=True))
 

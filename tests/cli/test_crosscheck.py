@@ -77,7 +77,7 @@ def test_without_mujoco_a_line_says_how_to_install_it(cli, monkeypatch):
 
 def test_a_cast_through_drake_and_mujoco(cli, monkeypatch):
     pytest.importorskip("mujoco")
-    monkeypatch.setitem(sys.modules, "wam_cast.batch", None)
+    monkeypatch.setitem(sys.modules, "wam_cast.batch.engine", None)
     result = cli("crosscheck", "--casts", "1", "--json")
     assert result.code == 0
     engines = json.loads(result.out)["engines"]

@@ -82,9 +82,9 @@ def test_a_record_has_every_engine_and_cast():
 
 
 def test_the_batched_engine_is_optional(monkeypatch):
-    monkeypatch.setitem(sys.modules, "wam_cast.batch", None)
+    monkeypatch.setitem(sys.modules, "wam_cast.batch.engine", None)
     assert batched_engine() is None
-    monkeypatch.setitem(sys.modules, "wam_cast.batch", SimpleNamespace(simulate_batch=len))
+    monkeypatch.setitem(sys.modules, "wam_cast.batch.engine", SimpleNamespace(simulate_batch=len))
     assert batched_engine() is len
 
 

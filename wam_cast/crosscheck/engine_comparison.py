@@ -14,7 +14,7 @@ from wam_cast.cast import Cast
 from wam_cast.crosscheck.flight_numbers import flight_numbers
 from wam_cast.crosscheck.mujoco_flight import MujocoSimulator
 from wam_cast.crosscheck.mujoco_model import import_mujoco
-from wam_cast.errors import checked_integer
+from wam_cast.errors import InputError, checked_integer
 from wam_cast.learning.dataset import Row, cast_columns, outcome_columns
 from wam_cast.learning.sampling import row_noise_seed, sample_cast
 from wam_cast.scenario import Scenario
@@ -121,8 +121,8 @@ def percentiles(off: Array) -> dict[str, float]:
 def batched_engine() -> Callable[..., pd.DataFrame] | None:
     """Return the function of the batched engine, none where it is not installed."""
     try:
-        function: Callable[..., pd.DataFrame] = import_module("wam_cast.batch").simulate_batch
-    except (ImportError, AttributeError):
+        function: Callable[..., pd.DataFrame] = import_module("wam_cast.batch.engine").simulate_batch
+    except (ImportError, InputError):  # which says that its packages are missing
         return None
     return function
 

@@ -38,8 +38,8 @@ CONTACT_STEP = 5e-5
 OWN_STEP = 1e-4
 """The same with MuJoCo's own contact."""
 
-FREE_SHARE = 10
-"""Such steps that are tried as one, and kept if the ball touches nothing in it."""
+FREE_STEP = 2e-4
+"""The same where it touches nothing any more, but has done so [s]: its string may be in a fold, whose damping is fast."""
 
 
 class CupContact:
@@ -110,12 +110,13 @@ class ByHand:
         self.robot = simulator.robot
         self._cup, self._scenario = cup, scenario
         self._n_free, self._period = simulator.n_steps, scenario.controller.period
+        self._n_fine = math.ceil(self._period / FREE_STEP - 1e-9)
         self.is_near = self.touches_cup = False
         self._prepare()
 
     def _prepare(self) -> None:
         self._contact = CupContact(self._scenario, self._cup)
-        self._n_blocks = math.ceil(self._period / (FREE_SHARE * CONTACT_STEP) - 1e-9)
+        self._n_short = math.ceil(FREE_STEP / CONTACT_STEP - 1e-9)
 
     def advance(self, _sample: int) -> None:
         """Bring the robot to the next sample."""
@@ -123,7 +124,7 @@ class ByHand:
         travel = float(np.linalg.norm(v_WL)) * self._period + TRAVEL_MARGIN
         if gap_to_contact(p_WL, self._cup, self._scenario) > travel:
             self.touches_cup = False
-            self._advance_free(self._n_free)
+            self._advance_free(max(self._n_free, self._n_fine) if self.is_near else self._n_free)
         else:
             self.is_near = True
             self._advance_near()
@@ -135,13 +136,13 @@ class ByHand:
 
     def _advance_near(self) -> None:
         data = self.robot.data
-        block = self._period / self._n_blocks
-        for _block in range(self._n_blocks):
+        step = self._period / self._n_fine
+        for _fine in range(self._n_fine):
             before = data.qpos.copy(), data.qvel.copy()
-            if self._step(block):
+            if self._step(step):  # again, in shorter ones
                 data.qpos[:], data.qvel[:] = before
-                for _short in range(FREE_SHARE):
-                    self._step(block / FREE_SHARE)
+                for _short in range(self._n_short):
+                    self._step(step / self._n_short)
         data.xfrc_applied[:] = 0
 
     def _step(self, step: float) -> bool:

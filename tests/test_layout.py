@@ -31,6 +31,7 @@ BELOW = {
     "generation": ("base", "parallel", "storage", "motion", "simulation", "batch"),
     "planning": ("base", "parallel"),
     "learning": ("base", "parallel", "storage", "generation", "planning"),
+    "crosscheck": ("base", "motion", "robot", "simulation", "generation", "batch"),
     "visualization": ("base", "storage", "motion", "robot", "simulation", "planning", "learning"),
     "experiments": (
         *("base", "parallel", "storage", "motion", "robot", "simulation", "generation"),
@@ -38,7 +39,7 @@ BELOW = {
     ),
     "cli": (
         *("base", "parallel", "storage", "motion", "robot", "simulation", "generation"),
-        *("planning", "learning", "visualization", "experiments"),
+        *("planning", "learning", "crosscheck", "visualization", "experiments"),
     ),
 }
 """What each folder may import besides itself; the modules that lie in none are the base."""
@@ -144,12 +145,12 @@ def loaded_by(statement):
 
 
 def test_importing_the_package_loads_nothing_heavy():
-    heavy = {"pydrake", "sklearn", "pandas", "scipy", "matplotlib", "numpy", "pydantic"}
+    heavy = {"pydrake", "sklearn", "pandas", "scipy", "matplotlib", "numpy", "pydantic", "mujoco"}
     assert not heavy & loaded_by("import wam_cast")
 
 
 def test_help_loads_nothing_heavy():
-    heavy = {"pydrake", "sklearn", "pandas", "pyarrow", "scipy", "matplotlib", "numpy", "pydantic", "yaml"}
+    heavy = {"pydrake", "sklearn", "pandas", "pyarrow", "scipy", "matplotlib", "numpy", "pydantic", "yaml", "mujoco"}
     assert not heavy & loaded_by("import wam_cast.cli.running")
 
 

@@ -23,6 +23,7 @@ LAYERS = {
     "simulation": ("Simulation: from a cast to its outcome", ["simulation"]),
     "planning": ("Planning: from a cup to a cast", ["planning"]),
     "learning": ("Learning: datasets and the forward model", ["learning"]),
+    "crosscheck": ("Crosscheck: the same casts in MuJoCo", ["crosscheck"]),
     "visualization": ("Visualization: scenes, replays and films", ["visualization", "visualization/interactive"]),
     "figures": ("Visualization: figures", ["visualization/figures"]),
     "experiments": ("Experiments: trials and the paper's experiment", ["experiments", "experiments/paper"]),

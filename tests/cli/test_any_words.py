@@ -171,6 +171,7 @@ def without_long_work(monkeypatch, no_physics):
     for name in ("preview_scenario", "reproduce", "CastStation"):
         monkeypatch.setattr(wc, name, nothing, raising=False)
     monkeypatch.setattr("wam_cast.experiments.floor_map.map_floor", nothing)
+    monkeypatch.setattr("wam_cast.crosscheck.engine_comparison.compare_engines", nothing)
     monkeypatch.setattr("wam_cast.visualization.interactive.explorer.Explorer", nothing)
     monkeypatch.setitem(sys.modules, "distributed", None)
 

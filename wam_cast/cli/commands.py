@@ -17,6 +17,7 @@ import typer
 import wam_cast as wc
 from wam_cast.cli import model_choice, options, results
 from wam_cast.cli.check import print_preview, require_workable
+from wam_cast.cli.crosschecking import crosscheck
 from wam_cast.cli.mapping import kept_until_drawn
 from wam_cast.cli.options import parse_cup
 from wam_cast.cli.output_files import ThrowFiles
@@ -296,6 +297,9 @@ def map_(
         write_floor_picture(floor, picture)
     if not as_json:
         out.print(f"the map is in {picture}")
+
+
+app.command()(crosscheck)
 
 
 @app.command()

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import errno
+import os
 import re
-from contextlib import suppress
+from contextlib import chdir, suppress
+from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 import typer
 
 from wam_cast.cli.commands import app
-from wam_cast.cli.surroundings import ignore_matplotlib_settings
 from wam_cast.cli.terminal import err, give_up_lost_streams, prepare_streams
 from wam_cast.errors import InputError, MachineError, shortened
 
@@ -44,6 +46,14 @@ def run(words: list[str]) -> int:
             )
     give_up_lost_streams()
     return code
+
+
+def ignore_matplotlib_settings() -> None:
+    """Let matplotlib start from its own defaults: what it finds of a user's settings it may be unable to read, and then fails."""
+    os.environ.update(MATPLOTLIBRC=os.devnull, MPLBACKEND="agg")
+    if os.path.lexists("matplotlibrc"):  # in this folder: it looks there first
+        with chdir(Path(__file__).parent):
+            import_module("matplotlib")
 
 
 def _answer(words: list[str]) -> int:

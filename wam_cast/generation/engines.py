@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Generator
 from concurrent.futures import Executor
 from contextlib import closing
 from functools import partial
-from typing import Any, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from wam_cast.generation.sampling import row_noise_seed, sample_cast
 from wam_cast.parallel.workers import Workers, run_rows
 from wam_cast.scenario import Scenario
 from wam_cast.storage.manifest import Engine
+
+if TYPE_CHECKING:
+    from wam_cast.simulation.outcome import Outcome
 
 Row = dict[str, Any]
 
@@ -50,7 +53,12 @@ def simulate_row(
 
     cast = sample_cast(scenario, seed, row)
     outcome = simulate_cast(scenario, cast, noise_seed=row_noise_seed(seed, row), make_controller=make_controller)
-    return _cast_columns(row, cast) | {
+    return cast_columns(row, cast) | outcome_columns(outcome)
+
+
+def outcome_columns(outcome: Outcome) -> Row:
+    """Return the columns of a dataset that tell what became of a cast."""
+    return {
         "landing_along": outcome.landing_along,
         "landing_across": outcome.landing_across,
         "status": outcome.status.value,
@@ -65,7 +73,8 @@ def simulate_row(
     }
 
 
-def _cast_columns(row: int, cast: Cast) -> Row:
+def cast_columns(row: int, cast: Cast) -> Row:
+    """Return the columns of a dataset that say which cast it was."""
     return {"cast": row, "distance": cast.distance, "speed": cast.speed, "wait": cast.wait}
 
 

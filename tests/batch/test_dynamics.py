@@ -31,7 +31,7 @@ def test_they_equal_drakes():
     q, v = rng.normal(size=(15, n)), 2 * rng.normal(size=(15, n))
     torque = 0.3 * rng.normal(size=(7, n))
     cast = Cast(0.3, 0.6, 0.1)
-    values = stacked([numbers(scenario, cast) for scenario in scenarios], is_one=False)
+    values = stacked([numbers(scenario, cast) for scenario in scenarios])
     with jax.enable_x64(True):
         found = np.asarray(jax.jit(accelerations)(values, q, v, torque))
         p_WL, v_WL, p_WE = (np.array(one) for one in jax.jit(ball_motion)(values, q, v))

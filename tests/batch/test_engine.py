@@ -114,3 +114,11 @@ def test_a_cast_that_diverges_is_a_row():
     frame = simulate_batch(scenario, [[0.3, 0.6, 0.1]])
     assert list(frame.status) == ["diverged"]
     assert frame.landing_along.isna().all()
+
+
+@pytest.mark.parametrize("robot", [{}, NOISE])
+def test_one_cast_alone_is_the_first_of_two(robot):
+    scenario = Scenario.from_dict(robot)
+    rows = [row[:3] for row in drawn(scenario, 2)]
+    alone, both = simulate_batch(scenario, rows[:1], [5]), simulate_batch(scenario, rows, [5, 6])
+    np.testing.assert_array_equal(alone[QUANTITIES].to_numpy(), both[QUANTITIES].to_numpy()[:1])

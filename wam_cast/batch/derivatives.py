@@ -70,7 +70,7 @@ def batch_derivatives(
     if made:
         batch = Batch.of([scenario] * len(made), made, seeds, "float64", belief)
         # Each parameter moves other numbers; with an axis of their own for all of them, one compiled function serves.
-        batch = replace(batch, has_one_scenario=False)
+        batch = replace(batch, common=None)
         for which, chunk in batch.chunks():
             order = which + which[-1:] * (chunk.size - len(which))
             for name, change in ways.items():
@@ -115,7 +115,7 @@ def _tangent(way: tuple[Change, float], casts: list[tuple[Cast, int]], belief: S
     change, size = way
 
     def at(by: float) -> CastNumbers:
-        return stacked([numbers(*change(cast, by), seed, belief) for cast, seed in casts], is_one=False)
+        return stacked([numbers(*change(cast, by), seed, belief) for cast, seed in casts])
 
     above, below = at(size), at(-size)
     tangent: CastNumbers = jax.tree.map(

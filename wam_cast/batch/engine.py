@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from wam_cast.batch.arguments import Precision, checked_casts, checked_precision, checked_scenarios, checked_seeds
 from wam_cast.batch.flight import Flight, Settings, fly
 from wam_cast.batch.landing import Landing, landing
-from wam_cast.batch.numbers import CastNumbers, numbers, stacked
+from wam_cast.batch.numbers import CastNumbers, numbers, scenario_numbers, stacked
 from wam_cast.cast import PARAMETERS, Cast
 from wam_cast.errors import InputError
 from wam_cast.motion.noise_draws import CHUNK, first_torque_deviates
@@ -202,8 +202,8 @@ class Batch:
         The noise seed of each, and in how many steps its control period is integrated.
     settings, precision
         What the function is compiled for.
-    has_one_scenario
-        Whether they are all of one.
+    common
+        What all have of one scenario; None if they are of several.
     """
 
     rows: list[CastNumbers]
@@ -211,7 +211,7 @@ class Batch:
     steps: list[int]
     settings: Settings
     precision: Precision
-    has_one_scenario: bool
+    common: CastNumbers | None
 
     @classmethod
     def of(
@@ -229,7 +229,9 @@ class Batch:
             has_turns=any(row.motion.turn_duration > 0 for row in rows),
             has_torque_noise=any(scenario.noise.torque > 0 for scenario in scenarios),
         )
-        return cls(rows, seeds, [n_steps(s) for s in scenarios], settings, precision, len(set(map(id, scenarios))) == 1)
+        is_one = len(set(map(id, scenarios))) == 1
+        common = scenario_numbers(scenarios[0], belief or scenarios[0]) if is_one else None
+        return cls(rows, seeds, [n_steps(s) for s in scenarios], settings, precision, common)
 
     def chunks(self, which: list[int] | None = None, *, finer: int = 1) -> Iterator[tuple[list[int], Chunk]]:
         """Yield those of the casts in chunks that take about as long, and which they are; the last ones fill a chunk up."""
@@ -249,8 +251,7 @@ class Batch:
         if self.settings.has_torque_noise:
             n_drawn = math.ceil(n_samples / CHUNK)
             deviates = np.stack([first_torque_deviates(self.seeds[i], n_drawn) for i in which], axis=-1)
-        stack = stacked(rows, is_one=self.has_one_scenario)
-        return Chunk(stack, deviates, n_steps, self.settings, self.precision)
+        return Chunk(stacked(rows, self.common), deviates, n_steps, self.settings, self.precision)
 
 
 def _simulated(batch: Batch) -> list[Told]:

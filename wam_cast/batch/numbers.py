@@ -144,7 +144,7 @@ def _arm_numbers(scenario: Scenario, tilt: tuple[float, float]) -> ArmNumbers:
 
 def numbers(scenario: Scenario, cast: Cast, noise_seed: int = 0, belief: Scenario | None = None) -> CastNumbers:
     """Return the numbers of one cast, without the last axis."""
-    fixed = _of_scenario(scenario, scenario if belief is None else belief)
+    fixed = scenario_numbers(scenario, belief or scenario)
     if cast.bearing:
         starting_posture(belief or scenario, cast.bearing)  # raises if joint 1 cannot turn there
     executed = executed_cast(scenario.noise, cast, noise_seed) if scenario.noise.is_on else cast
@@ -165,7 +165,7 @@ def numbers(scenario: Scenario, cast: Cast, noise_seed: int = 0, belief: Scenari
 
 
 @lru_cache(maxsize=64)
-def _of_scenario(scenario: Scenario, belief: Scenario) -> CastNumbers:
+def scenario_numbers(scenario: Scenario, belief: Scenario) -> CastNumbers:
     """Return what is the same in all casts of a scenario."""
     arm, controller, motion = scenario.arm, scenario.controller, belief.motion
     chain, believed_arm = arm_chain(arm), _arm_numbers(belief, (0.0, 0.0))
@@ -227,14 +227,14 @@ def _of_scenario(scenario: Scenario, belief: Scenario) -> CastNumbers:
     )
 
 
-def stacked(casts: Sequence[CastNumbers], *, is_one: bool) -> CastNumbers:
-    """Return the numbers of several casts, their last axis over casts; what one scenario says has a last axis of length 1."""
+def stacked(casts: Sequence[CastNumbers], common: CastNumbers | None = None) -> CastNumbers:
+    """Return the numbers of several casts, their last axis over casts; what all have of `common` has a last axis of length 1."""
 
-    def stack(*values: Numbers) -> Numbers:
-        is_the_same = is_one and all(value is values[0] for value in values)
-        return values[0][..., None] if is_the_same else np.stack(values, axis=-1)
+    def stack(shared: Numbers, *values: Numbers) -> Numbers:
+        is_shared = common is not None and all(value is shared for value in values)
+        return shared[..., None] if is_shared else np.stack(values, axis=-1)
 
-    numbers: CastNumbers = _map(stack, *casts)
+    numbers: CastNumbers = _map(stack, common or casts[0], *casts)
     return numbers
 
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import math
 import sys
+from functools import partial
 
 import numpy as np
 
@@ -60,10 +61,13 @@ def draw_scenario(seed: int) -> Scenario:
     )
 
 
-def errors_of_fresh_casts(scenario: Scenario, n_casts: int, n_fresh: int, workers: Workers) -> tuple[Array, Array]:
+def errors_of_fresh_casts(
+    scenario: Scenario, n_casts: int, n_fresh: int, engine: str, workers: Workers
+) -> tuple[Array, Array]:
     """Fit a model to a dataset; return the errors and predictive standard deviations [m] of casts of another seed."""
-    model = ForwardModel.fit(generate_dataset(scenario, n_casts, seed=0, executor=workers))
-    frame = generate_dataset(scenario, n_fresh, seed=1, executor=workers).frame.dropna(subset=list(OUTPUTS))
+    generate = partial(generate_dataset, scenario, engine=engine, executor=workers)
+    model = ForwardModel.fit(generate(n_casts, seed=0))
+    frame = generate(n_fresh, seed=1).frame.dropna(subset=list(OUTPUTS))
     casts = frame[list(PARAMETERS)].to_numpy(dtype=float)
     errors = model.predict(casts)[:, 0] - frame["landing_along"].to_numpy(dtype=float)
     return errors, model.uncertainty.std(casts)
@@ -75,6 +79,9 @@ def main() -> None:
     arguments.add_argument("--casts", type=int, default=250)
     arguments.add_argument("--fresh", type=int, default=150)
     arguments.add_argument("--seed", type=int, default=1)
+    arguments.add_argument(
+        "--engine", default="drake", help="drake or batch, which compiles anew for each number of links"
+    )
     arguments.add_argument("--workers", type=int, help="default: one for each processor")
     options = arguments.parse_args()
     covered: list[float] = []
@@ -85,7 +92,7 @@ def main() -> None:
             string, ball = scenario.string, scenario.ball
             name = f"{seed}, {string.length:.2f} m {1e3 * string.mass:.1f} g {string.n_links}, {1e3 * ball.mass:.1f} g"
             try:
-                errors, std = errors_of_fresh_casts(scenario, options.casts, options.fresh, workers)
+                errors, std = errors_of_fresh_casts(scenario, options.casts, options.fresh, options.engine, workers)
             except InputError as error:
                 out.print(f"{name}: no model: {error}")
                 continue

@@ -22,7 +22,7 @@ LAYERS = {
     "robot": ("Robot: the arm and its controller as a Drake diagram", ["robot"]),
     "simulation": ("Simulation: from a cast to its outcome", ["simulation"]),
     "planning": ("Planning: from a cup to a cast", ["planning"]),
-    "learning": ("Learning: datasets and the forward model", ["learning"]),
+    "learning": ("Learning: datasets and the forward model", ["learning", "learning/kernel"]),
     "visualization": ("Visualization: scenes, replays and films", ["visualization", "visualization/interactive"]),
     "figures": ("Visualization: figures", ["visualization/figures"]),
     "experiments": ("Experiments: trials and the paper's experiment", ["experiments", "experiments/paper"]),

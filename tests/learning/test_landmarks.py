@@ -49,7 +49,7 @@ def test_with_all_rows_as_landmarks_it_is_exact(n_landmarks, weighted, center_ta
     landmarks = ridge(n_landmarks, center_targets=center_targets).fit(X, y, weights)
     for name in ("predict", "predict_std", "linearize"):
         found, expected = (getattr(model, name)(query) for model in (landmarks, exact))
-        for one, other in zip(np.atleast_1d(found), np.atleast_1d(expected), strict=True):
+        for one, other in zip(found, expected, strict=True):
             np.testing.assert_allclose(one, other, rtol=0, atol=1e-8)
     for one, other in zip(landmarks.leave_one_out(), exact.leave_one_out(), strict=True):
         assert one.shape == other.shape
@@ -70,7 +70,7 @@ def test_it_is_the_ridge_on_the_features_of_scikit_learn(many):
 def test_landmarks_are_training_rows_from_the_first_to_the_last(many):
     X, y = many
     centers = ridge(50).fit(X, y).centers_
-    rows = [int(np.flatnonzero((X == center).all(axis=1))[0]) for center in centers]
+    rows = [int(np.flatnonzero((center == X).all(axis=1))[0]) for center in centers]
     assert (rows[0], rows[-1]) == (0, len(X) - 1)
     assert set(np.diff(rows)) == {12, 13}
 

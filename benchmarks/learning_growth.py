@@ -3,7 +3,7 @@
     python benchmarks/learning_growth.py [--casts 100 300 1000 2000 10000 20000] [--cups 10]
 
 Up to 5,000 training casts fits are exact, beyond by landmarks. Landings are synthetic, a formula (`synthetic_landings.py`): nothing
-is simulated. Times are processor time on one core in units of the first row's; of a plan the median over cups evenly over the reach.
+is simulated. Times are processor time on one core in units of the first row's; of a plan the median over cups over the reach.
 The exponent p is that of growth as casts^p since the row before. Memory is the peak of what a fit takes.
 """
 

@@ -483,6 +483,21 @@ def test_tables_of_generate_and_fit(cli):
 
 
 @pytest.mark.usefixtures("no_physics")
+def test_fit_says_that_it_approximates(cli, monkeypatch):
+    from wam_cast.learning import forward_model
+
+    monkeypatch.setattr(forward_model, "MOST_EXACT_CASTS", 40)
+    monkeypatch.setattr(forward_model, "N_LANDMARKS", 30)
+    assert cli("generate", "--casts", "60", "--out", "d").code == 0
+    result = cli("fit", "d", "--out", "a.model", "--json")
+    assert result.err == (
+        "45 training casts are too many for exact kernel ridge regression: approximated, with the kernel at 30 of them\n"
+    )
+    assert json.loads(result.out)["n_landmarks"] == 30
+    assert "30 of them, an approximation" in cli("fit", "d", "--out", "a.model").out
+
+
+@pytest.mark.usefixtures("no_physics")
 def test_a_second_run_adds_to_a_dataset_and_replaces_a_model(cli, folder):
     for n_casts in (60, 60, 90):
         assert cli("generate", "--casts", n_casts, "--out", "d").code == 0

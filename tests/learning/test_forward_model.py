@@ -521,6 +521,8 @@ ADVICE = "which wam-cast fit does not write; fit it anew"
             r"training_casts is of shape \(260, 3\) and type float64, not \(259, 3\) and float64",
         ),
         ("info", {"n_test": "many"}, "info.n_test: "),
+        ("info", {"n_landmarks": 0}, "info.n_landmarks: input should be greater than or equal to 1, not 0"),
+        ("info", {"n_landmarks": 10**9}, "info.n_landmarks: "),
         ("info", {"seed": None}, "info.seed: "),
         ("uncertainty", {"scale": math.nan}, "uncertainty.scale: "),
         ("uncertainty", {"scale": -1}, "uncertainty.scale: input should be greater than 0, not -1"),

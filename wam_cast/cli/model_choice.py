@@ -148,6 +148,11 @@ def fit(dataset: Path, file: Path, scenario: wc.Scenario | None) -> tuple[wc.For
         err.print(line)
     with progress("fitting"):
         model = wc.ForwardModel.fit(data)
+    if model.info.n_landmarks is not None:
+        err.print(
+            f"{model.info.n_train} training casts are too many for exact kernel ridge regression: "
+            f"approximated, with the kernel at {model.info.n_landmarks} of them"
+        )
     model.save(file)
     return model, data
 

@@ -178,6 +178,7 @@ def print_fit(model: wc.ForwardModel) -> None:
     info, (nearest, farthest) = model.info, model.reach
     rows = [
         ("training casts", str(info.n_train)),
+        ("kernel at", "all of them" if info.n_landmarks is None else f"{info.n_landmarks} of them, an approximation"),
         ("ARD length scales (distance, speed, wait)", ", ".join(f"{sigma:.3f}" for sigma in info.sigma)),
         ("lambda", f"{info.regularization:.1e}"),
         ("leave-one-out RMSE [mm]", f"{1e3 * info.leave_one_out_rmse:.2f}"),

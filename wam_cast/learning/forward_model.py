@@ -16,7 +16,8 @@ from wam_cast.deprecation import renamed
 from wam_cast.errors import InputError
 from wam_cast.learning.any_regressor import AnyRegressor, Regressor
 from wam_cast.learning.hyperparameters import TuningResult, tune_by_lbfgs
-from wam_cast.learning.kernel_parameters import checked_regularization, checked_sigma
+from wam_cast.learning.kernel.kernel_parameters import checked_n_landmarks, checked_regularization, checked_sigma
+from wam_cast.learning.kernel.landmarks import landmark_rows
 from wam_cast.learning.kernel_ridge import KernelRidge
 from wam_cast.learning.losses import LeaveOneOutLoss
 from wam_cast.learning.model_file import MOST_TRAINING_CASTS, Fit, StoredModel, read_model, write_model
@@ -32,6 +33,12 @@ if TYPE_CHECKING:
 
 START_SIGMA = 0.5
 """Where the search for the ARD length scales starts: half the width of the bounds."""
+
+MOST_EXACT_CASTS = 5000
+"""Training casts up to which kernel ridge regression is exact; its time grows as their cube, its memory as their square."""
+
+N_LANDMARKS = 2000
+"""Of the approximation beyond: training casts that the kernel stands at, and that sigma and lambda are chosen by."""
 
 REACH_TAIL = 0.005
 """Fraction of the clean casts beyond either end of the reach."""
@@ -94,11 +101,15 @@ class ForwardModel:
         validation and test casts only measure the result. What is judged is the landing along the casting plane: across it,
         casts without noise land less than a tenth of a millimetre off, which carries no information.
 
+        With more than 5,000 training casts the kernel stands at 2,000 of them alone, the landmarks, which also choose sigma and
+        lambda: `info.n_landmarks` says so. The model learns from all casts still, to within an error that *Many casts* in
+        `docs/learning.md` measures.
+
         An `estimator` of your own takes the place of this one: any regressor of scikit-learn's kind, for inputs of shape (n, 3)
         in SI units and targets of shape (n, 7); a clone of it is fitted. Its derivatives are taken by central differences of 1 % of
         the bounds to either side. Its predictive standard deviation is the same for all casts: that of which two hold 95 % of the
-        validation casts. Such a model cannot be saved. Of a `.KernelRidge` sigma and lambda are taken as they are, the inputs
-        are scaled by the scenario's bounds, and all else is as without it.
+        validation casts. Such a model cannot be saved. Of a `.KernelRidge` sigma, lambda and a number of landmarks are taken
+        as they are, the inputs are scaled by the scenario's bounds, and all else is as without it.
 
         Raises
         ------
@@ -111,7 +122,8 @@ class ForwardModel:
             tuned = tune_model(data.scenario, parts.train)
             return cls._fit_parts(data, parts, tuned.sigma, tuned.regularization, opens_test=True)
         if isinstance(estimator, KernelRidge):
-            return cls._fit_parts(data, parts, estimator.sigma, estimator.regularization, opens_test=True)
+            chosen = (estimator.sigma, estimator.regularization, estimator.n_landmarks)
+            return cls._fit_parts(data, parts, *chosen, opens_test=True)
         return cls._fit_any(data, parts, estimator)
 
     @classmethod
@@ -124,21 +136,31 @@ class ForwardModel:
 
     @classmethod
     def _fit_parts(
-        cls, data: CastDataset, parts: Parts, sigma: ArrayLike, regularization: float, *, opens_test: bool
+        cls,
+        data: CastDataset,
+        parts: Parts,
+        sigma: ArrayLike,
+        regularization: float,
+        n_landmarks: int | None = None,
+        *,
+        opens_test: bool,
     ) -> Self:
         train, validation = parts.train, parts.validation
+        if n_landmarks is None:
+            n_landmarks = _n_landmarks(train)
         try:
             distance, speed, wait = (float(one) for one in checked_sigma(np.squeeze(sigma), len(PARAMETERS)))
             regularization = checked_regularization(regularization)
+            n_landmarks = checked_n_landmarks(n_landmarks, regularization)
         except ValueError as error:
             raise InputError(f"estimator: {error}") from None
         if len(train.X) > MOST_TRAINING_CASTS:
             raise InputError(
-                f"dataset: {len(train.X)} training casts are too many for kernel ridge regression, whose matrix has a row and a "
-                f"column for each; give it {MOST_TRAINING_CASTS} at most"
+                f"dataset: {len(train.X)} training casts are too many for the file of a model, which holds all of them; "
+                f"give it {MOST_TRAINING_CASTS} at most"
             )
         with one_thread():  # as when it is loaded, to the last digit
-            estimator = _fitted(data.scenario, (distance, speed, wait), regularization, train.X, train.y)
+            estimator = _fitted(data.scenario, (distance, speed, wait), regularization, n_landmarks, train.X, train.y)
             leave_one_out = estimator.leave_one_out_residuals()[:, 0]
             uncertainty = LandingUncertainty.learn(estimator, validation.X, validation.landing)
 
@@ -149,6 +171,7 @@ class ForwardModel:
             leave_one_out_rmse=_rmse(leave_one_out),
             validation_rmse=_landing_rmse(estimator, validation),
             test_rmse=_landing_rmse(estimator, parts.open_test()) if opens_test else math.nan,
+            n_landmarks=None if n_landmarks is None else len(estimator.centers_),
         )
         return cls(data.scenario, estimator, uncertainty, train.y, train.is_clean, info, data.controller)
 
@@ -246,7 +269,8 @@ class ForwardModel:
         outputs, is_clean, info = stored.training_outputs, stored.training_is_clean, stored.info
         try:
             with one_thread():
-                estimator = _fitted(stored.scenario, info.sigma, info.regularization, stored.training_casts, outputs)
+                chosen = (info.sigma, info.regularization, info.n_landmarks)
+                estimator = _fitted(stored.scenario, *chosen, stored.training_casts, outputs)
                 uncertainty = LandingUncertainty(estimator, stored.training_log_ratios, stored.uncertainty)
             model = cls(stored.scenario, estimator, uncertainty, outputs, is_clean, info, stored.controller)
             return model.bound_to(stored.scenario if scenario is None else scenario, controller)
@@ -275,16 +299,27 @@ class ForwardModel:
 
 
 def tune_model(scenario: Scenario, train: Part) -> TuningResult:
-    """Return the ARD length scales and the lambda of least leave-one-out error over training casts."""
-    loss = LeaveOneOutLoss(train.X, train.landing, input_bounds=cast_bounds(scenario))
+    """Return the ARD length scales and the lambda of least leave-one-out error over training casts; of many, over the landmarks."""
+    n_landmarks = _n_landmarks(train)
+    rows = slice(None) if n_landmarks is None else landmark_rows(len(train.X), n_landmarks)
+    loss = LeaveOneOutLoss(train.X[rows], train.landing[rows], input_bounds=cast_bounds(scenario))
     return tune_by_lbfgs(loss, sigma0=[START_SIGMA] * train.X.shape[1])
 
 
-def _fitted(scenario: Scenario, sigma: tuple[float, ...], regularization: float, X: Array, y: Array) -> KernelRidge:
-    estimator = KernelRidge(sigma=sigma, regularization=regularization, input_bounds=cast_bounds(scenario))
+def _n_landmarks(train: Part) -> int | None:
+    """Return how many landmarks a fit to these training casts has by default; None if it is exact."""
+    return N_LANDMARKS if len(train.X) > MOST_EXACT_CASTS else None
+
+
+def _fitted(
+    scenario: Scenario, sigma: tuple[float, ...], regularization: float, n_landmarks: int | None, X: Array, y: Array
+) -> KernelRidge:
+    estimator = KernelRidge(
+        sigma=sigma, regularization=regularization, input_bounds=cast_bounds(scenario), n_landmarks=n_landmarks
+    )
     try:
         return estimator.fit(X, y)
-    except np.linalg.LinAlgError as error:
+    except ValueError as error:  # a singular matrix, too
         raise InputError(f"estimator: {error}") from None
 
 

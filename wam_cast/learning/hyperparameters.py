@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import OptimizeResult, minimize
 
-from wam_cast.learning.kernel_parameters import checked_regularization, checked_sigma
+from wam_cast.learning.kernel.kernel_parameters import checked_regularization, checked_sigma
 from wam_cast.learning.losses import Loss
 from wam_cast.parallel.threads import one_thread
 from wam_cast.types import Array

@@ -14,18 +14,20 @@ from typing import Literal, Self, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.linalg import cho_factor, cho_solve, solve_triangular
-from scipy.spatial.distance import cdist
+from scipy.linalg import cho_solve, solve_triangular
 from sklearn.base import BaseEstimator, MultiOutputMixin, RegressorMixin
 from sklearn.utils.validation import check_is_fitted, validate_data
 
 from wam_cast.deprecation import renamed
-from wam_cast.learning.kernel_parameters import (
+from wam_cast.learning.kernel.kernel_matrix import factorize, gaussian_kernel
+from wam_cast.learning.kernel.kernel_parameters import (
+    checked_n_landmarks,
     checked_regularization,
     checked_sample_weight,
     checked_sigma,
     input_scale,
 )
+from wam_cast.learning.kernel.landmarks import LandmarkFit, landmark_rows
 from wam_cast.types import Array
 
 
@@ -52,17 +54,28 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         Remove the mean of the training targets before the fit and add it to the predictions. Far from all training inputs the
         prediction then tends to this mean; without, as in `sklearn.kernel_ridge.KernelRidge`, it tends to 0, however far 0 is from
         any target seen.
+    n_landmarks : int or None, default=None
+        `None` solves exactly: the time is that of n_samples^3, the memory that of n_samples^2. A number approximates: the kernel
+        stands at so many training rows alone, the landmarks, evenly spaced in their order; the time is that of
+        n_samples `n_landmarks`^2, the memory that of `n_landmarks`^2. λ must be > 0. See `wam_cast.learning.kernel.landmarks`.
+        With all training rows as landmarks the solution is the exact one, up to rounding.
 
     Attributes
     ----------
     X_fit_ : ndarray of shape (n_samples, n_features)
         The training inputs, in their original units, without those of weight 0.
+    y_fit_ : ndarray of shape (n_samples,) or (n_samples, n_outputs)
+        Their targets.
+    centers_ : ndarray of shape (n_centers, n_features)
+        Where the kernel stands: the training inputs, or the landmarks among them.
     sample_weight_ : ndarray of shape (n_samples,)
         Their weights, 1 where none were given.
-    dual_coef_ : ndarray of shape (n_samples,) or (n_samples, n_outputs)
-        `(K + λ I)^-1 (Y - y_mean)`, in units of the targets.
+    dual_coef_ : ndarray of shape (n_centers,) or (n_centers, n_outputs)
+        `(K + λ I)^-1 (Y - y_mean)`, in units of the targets; with landmarks what takes its place at them.
     cholesky_ : ndarray of shape (n_samples, n_samples)
-        The lower Cholesky factor of `K + λ I`, with anything above its diagonal: 13 MB for 1300 rows.
+        The lower Cholesky factor of `K + λ I`, with anything above its diagonal: 13 MB for 1300 rows. Not with landmarks.
+    landmarks_ : LandmarkFit or None
+        The solution with landmarks.
     target_mean_ : ndarray of shape () or (n_outputs,)
         What is added to the kernel linearization; 0 without `center_targets`.
     input_offset_ : ndarray of shape (n_features,)
@@ -93,11 +106,13 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         regularization: float = 1e-6,
         input_bounds: tuple[ArrayLike, ArrayLike] | None = None,
         center_targets: bool = True,
+        n_landmarks: int | None = None,
     ) -> None:
         self.sigma = sigma
         self.regularization = regularization
         self.input_bounds = input_bounds
         self.center_targets = center_targets
+        self.n_landmarks = n_landmarks
 
     def fit(self, X: ArrayLike, y: ArrayLike, sample_weight: float | ArrayLike | None = None) -> Self:
         """Fit to training inputs X, shape (n_samples, n_features), and targets y, shape (n_samples,) or (n_samples, n_outputs).
@@ -111,7 +126,7 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         ValueError
             If a parameter, or the shape or a value of `X`, `y` or `sample_weight`, is not allowed.
         numpy.linalg.LinAlgError
-            If `K + λ I` is singular to working precision.
+            If `K + λ I` is singular to working precision; not with landmarks.
         """
         # A copy, so that the model does not change when its caller's array does.
         X_fit, y_fit = validate_data(self, X, y, dtype=np.float64, copy=True, multi_output=True, y_numeric=True)
@@ -122,17 +137,35 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
             X_fit, y_fit, weights = X_fit[counts], y_fit[counts], weights[counts]
         sigma = checked_sigma(self.sigma, X_fit.shape[1])
         self.regularization_ = checked_regularization(self.regularization)
+        n_landmarks = checked_n_landmarks(self.n_landmarks, self.regularization_)
         self.input_offset_, input_range = input_scale(X_fit, self.input_bounds)
         self.length_scale_ = input_range * sigma
         self.center_targets_ = bool(self.center_targets)
         mean = np.average(y_fit, axis=0, weights=weights) if self.center_targets_ else np.zeros(y_fit.shape[1:])
         self.target_mean_ = np.asarray(mean)
-        self.X_fit_: Array = X_fit
+        self.X_fit_, self.y_fit_ = X_fit, y_fit
         self.sample_weight_: Array = np.ones(len(X_fit)) if weights is None else weights
-        Z_fit = self._scale(X_fit)
-        self.cholesky_, _ = factorize(gaussian_kernel(Z_fit, Z_fit), self.regularization_, self.sample_weight_)
-        self.dual_coef_: Array = cho_solve((self.cholesky_, True), y_fit - self.target_mean_)
+        if n_landmarks is None:
+            self._solve()
+        else:
+            self._solve_by_landmarks(n_landmarks)
         return self
+
+    def _solve(self) -> None:
+        """Set what is learned exactly."""
+        self.centers_: Array = self.X_fit_
+        self.landmarks_: LandmarkFit | None = None
+        Z_fit = self._scale(self.X_fit_)
+        self.cholesky_, _ = factorize(gaussian_kernel(Z_fit, Z_fit), self.regularization_, self.sample_weight_)
+        self.dual_coef_: Array = cho_solve((self.cholesky_, True), self.y_fit_ - self.target_mean_)
+
+    def _solve_by_landmarks(self, n_landmarks: int) -> None:
+        """Set what is learned with the kernel at landmarks alone."""
+        self.centers_ = self.X_fit_[landmark_rows(len(self.X_fit_), n_landmarks)]
+        Z_landmarks, Z_fit = self._scale(self.centers_), self._scale(self.X_fit_)
+        y = (self.y_fit_ - self.target_mean_).reshape(len(Z_fit), -1)
+        self.landmarks_ = LandmarkFit.of(Z_landmarks, Z_fit, y, self.regularization_, self.sample_weight_)
+        self.dual_coef_ = self.landmarks_.dual_coef[:, :-1].reshape(len(Z_landmarks), *self.y_fit_.shape[1:])
 
     @overload
     def predict(self, X: ArrayLike, return_std: Literal[False] = False) -> Array: ...
@@ -153,7 +186,7 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         sklearn.exceptions.NotFittedError
             If called before `fit`.
         """
-        K = gaussian_kernel(self._scale(self._validate(X)), self._scale(self.X_fit_))
+        K = gaussian_kernel(self._scale(self._validate(X)), self._scale(self.centers_))
         prediction: Array = K @ self.dual_coef_ + self.target_mean_
         return (prediction, self.predict_std(X)) if return_std else prediction
 
@@ -182,11 +215,11 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
             no axis of outputs if the training targets were 1-D.
         """
         rows = np.asarray(X, dtype=float)
-        offsets = (rows[:, np.newaxis, :] - self.X_fit_) / self.length_scale_
+        offsets = (rows[:, np.newaxis, :] - self.centers_) / self.length_scale_
         kernel = np.exp(-np.einsum("pni,pni->pn", offsets, offsets))
-        n_samples, n_features = self.X_fit_.shape
+        n_centers, n_features = self.centers_.shape
         # dk / dz = -2 (z - z_n) k
-        weights = kernel[:, np.newaxis, :] * self.dual_coef_.reshape(n_samples, -1).T
+        weights = kernel[:, np.newaxis, :] * self.dual_coef_.reshape(n_centers, -1).T
         gradient = -2.0 * np.matmul(weights, offsets) / self.length_scale_
         shape = (len(rows), *self.dual_coef_.shape[1:])
         prediction = weights.sum(axis=2).reshape(shape) + self.target_mean_
@@ -196,6 +229,7 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         """Return the same estimator for one of its outputs, of several: what asks for that alone need not compute the others."""
         one = copy(self)
         one.dual_coef_, one.target_mean_ = self.dual_coef_[:, index].copy(), self.target_mean_[index]
+        one.y_fit_ = self.y_fit_[:, index]
         return one
 
     def predict_std(self, X: ArrayLike) -> Array:
@@ -206,13 +240,17 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         Learning, Eq. 2.26). The scale `s`, one for each output, makes the leave-one-out residuals of the training rows as
         large as predicted on average, where `s^2 / [(K + λ I)^-1]_ii` is predicted of the squared residual of row i (their
         section 5.4.2); after a fit to a single row there are none: a ValueError. The uncertainty of the targets' mean is left out.
-        With weights, the noise of training row i has variance `s^2 λ / w_i`, and that of new targets is of weight 1.
+        With weights, the noise of training row i has variance `s^2 λ / w_i`, and that of new targets is of weight 1. With landmarks
+        it is that of the projected process (their Eq. 8.27), which grows far from them as it does far from all training rows.
         """
         X_valid = self._validate(X)
-        K = gaussian_kernel(self._scale(self.X_fit_), self._scale(X_valid))
+        K = gaussian_kernel(self._scale(self.centers_), self._scale(X_valid))
         residuals, inverse_diagonal = self.leave_one_out()
         squared_scale = np.mean((residuals.T**2 * inverse_diagonal).T, axis=0)
-        explained = solve_triangular(self.cholesky_, K, lower=True, overwrite_b=True)
+        if self.landmarks_ is None:
+            explained = solve_triangular(self.cholesky_, K, lower=True, overwrite_b=True)
+        else:
+            explained = self.landmarks_.whitening() @ K
         # Rounding may take a little too much off where a training row is.
         unexplained = np.maximum(1.0 - np.einsum("ij,ij->j", explained, explained), 0.0)
         std: Array = np.sqrt(np.multiply.outer(unexplained + self.regularization_, squared_scale))
@@ -236,7 +274,8 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         residuals : ndarray of shape (n_samples,) or (n_samples, n_outputs)
             In units of the targets.
         inverse_diagonal : ndarray of shape (n_samples,)
-            Of `(K + λ I)^-1`: the inverse of the residuals' predicted variance, up to a factor common to all.
+            Of `(K + λ I)^-1`: the inverse of the residuals' predicted variance, up to a factor common to all. With landmarks, which
+            stay what they are whatever row is left out, it is that inverse.
 
         Raises
         ------
@@ -252,7 +291,12 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
                 f"leave-one-out with n_samples={n_samples} leaves nothing to fit to: "
                 "it needs at least 2 training rows; call fit with more of them"
             )
-        dual_coef = self.dual_coef_.reshape(n_samples, -1)
+        dual_coef = self.dual_coef_.reshape(len(self.centers_), -1)
+        if self.landmarks_ is not None:
+            Z_fit, y = self._scale(self.X_fit_), (self.y_fit_ - self.target_mean_).reshape(n_samples, -1)
+            rest = (y, dual_coef, self.sample_weight_, self.center_targets_)
+            residuals, inverse_diagonal = self.landmarks_.leave_one_out(Z_fit, *rest)
+            return residuals.reshape(self.y_fit_.shape), inverse_diagonal
         if self.center_targets_:
             Z_fit = self._scale(self.X_fit_)
             weight = self.sample_weight_[:, np.newaxis]
@@ -262,8 +306,8 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
             dual_ones = cho_solve((self.cholesky_, True), np.ones((n_samples, 1)))
             dual_coef = dual_coef + mean_minus_mean_of_others * dual_ones
         inverse_lower = solve_triangular(self.cholesky_, np.eye(n_samples), lower=True)
-        inverse_diagonal: Array = np.einsum("ij,ij->j", inverse_lower, inverse_lower)
-        residuals: Array = (dual_coef / inverse_diagonal[:, np.newaxis]).reshape(self.dual_coef_.shape)
+        inverse_diagonal = np.einsum("ij,ij->j", inverse_lower, inverse_lower)
+        residuals = (dual_coef / inverse_diagonal[:, np.newaxis]).reshape(self.dual_coef_.shape)
         return residuals, inverse_diagonal
 
     def _validate(self, X: ArrayLike) -> Array:
@@ -275,43 +319,3 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         """Scale inputs so that the kernel has unit width."""
         Z: Array = (X - self.input_offset_) / self.length_scale_
         return Z
-
-
-def gaussian_kernel(Z: Array, Z_fit: Array) -> Array:
-    """Return the Gaussian kernel of unit width, `exp(-||z - z'||^2)`, shape (n, n_samples) (section 2.4 of the paper).
-
-    `Z`, shape (n, n_features), and `Z_fit`, shape (n_samples, n_features), are inputs divided by the width of the kernel. It is
-    computed from differences and not from `z^2 - 2 z z' + z'^2`, which would lose the small distances that a small λ depends on.
-    """
-    K: Array = cdist(Z, Z_fit, "sqeuclidean")
-    np.negative(K, out=K)
-    return np.exp(K, out=K)
-
-
-def factorize(K: Array, regularization: float, weights: float | Array = 1.0) -> tuple[Array, bool]:
-    """Factorize `K + λ I` for `scipy.linalg.cho_solve`: the lower Cholesky factor, with anything above its diagonal, and True.
-
-    `K` is the symmetric kernel matrix of the training inputs, shape (n_samples, n_samples), and is left as it is. `weights` of the
-    samples, a number or shape (n_samples,), divide λ.
-
-    Raises
-    ------
-    numpy.linalg.LinAlgError
-        If the matrix is singular to working precision; a λ well above 2.2e-16 `n_samples` prevents it.
-    """
-    # Transposed, which changes nothing of a symmetric matrix, it is in LAPACK's order already.
-    A = K.copy().T
-    np.fill_diagonal(A, K.diagonal() + regularization / weights)
-    advice = (
-        f"the kernel matrix of {len(K)} training rows is singular to working precision with "
-        f"regularization={regularization:g}: raise regularization (1e-10 is enough), "
-        "remove training rows whose inputs are duplicates, or lower sigma"
-    )
-    try:
-        factor, is_lower = cho_factor(A, lower=True, overwrite_a=True)
-    except np.linalg.LinAlgError as error:
-        raise np.linalg.LinAlgError(advice) from error
-    # Rounding lets some singular matrices pass, with a factor that is noise.
-    if factor.diagonal().min() ** 2 <= len(K) * np.finfo(np.float64).eps:
-        raise np.linalg.LinAlgError(advice)
-    return factor, is_lower

@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike
 from scipy.linalg import blas, cho_solve, lapack
 from sklearn.utils.validation import check_X_y
 
-from wam_cast.learning.kernel_parameters import checked_regularization, checked_sigma, input_scale
-from wam_cast.learning.kernel_ridge import factorize, gaussian_kernel
+from wam_cast.learning.kernel.kernel_matrix import factorize, gaussian_kernel
+from wam_cast.learning.kernel.kernel_parameters import checked_regularization, checked_sigma, input_scale
 from wam_cast.types import Array
 
 

@@ -34,11 +34,11 @@ WIDTHS = {
 }
 """What the archive holds beside its header: fields of `StoredModel`, each with the shape of its rows."""
 
-MOST_TRAINING_CASTS = 50_000
-"""A kernel matrix of more would not fit into memory."""
+MOST_TRAINING_CASTS = 100_000
+"""With more a file would be larger than `LARGEST_MEMBER`."""
 
-LARGEST_MEMBER = 8_000_000
-"""Bytes that a member of the archive may unpack to, more than an array of `MOST_TRAINING_CASTS` or a header takes."""
+LARGEST_MEMBER = 10_000_000
+"""Bytes that a file may have and a member of the archive may unpack to."""
 
 LARGEST_VALUE = 1e6
 """In SI units no cast has a larger number."""
@@ -73,6 +73,8 @@ class Fit:
         Root mean squared errors of the landing along the casting plane [m]: of the training casts, each predicted by a fit to
         all the others, and of the other two parts. `.ForwardModel.fit` chooses by the first one alone. The last one is nan if
         the test casts stayed closed.
+    n_landmarks
+        Training casts that the kernel stands at, see `.KernelRidge`; None if at all of them: the regression is then exact.
     """
 
     seed: int
@@ -84,6 +86,7 @@ class Fit:
     leave_one_out_rmse: NotNegative
     validation_rmse: NotNegative
     test_rmse: float
+    n_landmarks: Annotated[int, Field(ge=1, le=MOST_TRAINING_CASTS)] | None = None  # which older files do not have
 
 
 class StoredModel(NamedTuple):

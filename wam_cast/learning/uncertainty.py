@@ -14,9 +14,11 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 from scipy.special import stdtrit
+from sklearn.base import clone
 
 from wam_cast.learning.hyperparameters import REGULARIZATION_BOUNDS, tune_by_lbfgs
-from wam_cast.learning.kernel_ridge import KernelRidge, gaussian_kernel
+from wam_cast.learning.kernel.kernel_matrix import gaussian_kernel
+from wam_cast.learning.kernel_ridge import KernelRidge
 from wam_cast.learning.losses import LeaveOneOutLoss
 from wam_cast.parallel.threads import one_thread
 from wam_cast.types import Array
@@ -79,13 +81,12 @@ class LandingUncertainty:
 
     def __init__(self, estimator: KernelRidge, log_ratios: Array, fit: ErrorFit) -> None:
         self.log_ratios, self.fit = log_ratios, fit
-        self._X_fit, self._offset = estimator.X_fit_, estimator.input_offset_
+        self._centers, self._offset = estimator.centers_, estimator.input_offset_
         self._length_scale, self._regularization = estimator.length_scale_, estimator.regularization_
-        Z_fit = (self._X_fit - self._offset) / self._length_scale
-        self._whitening = _whitening(gaussian_kernel(Z_fit, Z_fit), self._regularization)
-        self._correction = KernelRidge(
-            sigma=fit.sigma, regularization=fit.regularization, input_bounds=estimator.input_bounds
-        ).fit(estimator.X_fit_, log_ratios)
+        self._whitening = _whitening(estimator)
+        # With as many landmarks as the estimator has, if it has.
+        self._correction = clone(estimator).set_params(sigma=fit.sigma, regularization=fit.regularization)
+        self._correction.fit(estimator.X_fit_, log_ratios)
 
     @classmethod
     def learn(cls, estimator: KernelRidge, X: Array, landing: Array) -> LandingUncertainty:
@@ -111,14 +112,14 @@ class LandingUncertainty:
 
     def std(self, X: Array) -> Array:
         """Return the predictive standard deviation [m], shape (n,), at casts of shape (n, 3)."""
-        K = gaussian_kernel(*((rows - self._offset) / self._length_scale for rows in (X, self._X_fit)))
+        K = gaussian_kernel(*((rows - self._offset) / self._length_scale for rows in (X, self._centers)))
         variance = 1.0 - np.sum((K @ self._whitening.T) ** 2, axis=1)
         variance = np.maximum(variance, 0.0) + self._regularization
         return np.asarray(self.fit.scale * np.exp(self._correction.predict(X)) * np.sqrt(variance))
 
     def linearize(self, x: Array) -> tuple[float, Array]:
         """Return the standard deviation [m] at one cast, shape (3,), and its derivative in SI units, shape (3,)."""
-        offsets = (x - self._X_fit) / self._length_scale
+        offsets = (x - self._centers) / self._length_scale
         kernel = np.exp(-np.einsum("ij,ij->i", offsets, offsets))
         white = self._whitening @ kernel
         variance = max(1.0 - float(white @ white), 0.0) + self._regularization
@@ -169,13 +170,17 @@ def _regularization_bounds(log_ratios: Array) -> tuple[float, float]:
     return (most if signal <= 0 else float(np.clip(LOG_CHANCE_VARIANCE / signal, least, most))), most
 
 
-def _whitening(K: Array, regularization: float) -> Array:
-    """Return W, shape (r, n), with W^T W = (K + lambda I)^-1 up to eigenvalues so small that they explain nothing.
+def _whitening(estimator: KernelRidge) -> Array:
+    """Return W, shape (r, n_centers), with W^T W = (K + lambda I)^-1 up to eigenvalues so small that they explain nothing.
 
     As a sum of squares the explained variance keeps its digits; the product k^T (K + lambda I)^-1 k loses most of them where
     little is left to explain.
     """
+    if estimator.landmarks_ is not None:
+        return estimator.landmarks_.whitening()
+    Z_fit = (estimator.X_fit_ - estimator.input_offset_) / estimator.length_scale_
+    regularization = estimator.regularization_
     with one_thread():
-        values, vectors = np.linalg.eigh(K)
+        values, vectors = np.linalg.eigh(gaussian_kernel(Z_fit, Z_fit))
     kept = values > LEAST_EIGENVALUE * max(regularization, np.finfo(np.float64).eps)
     return np.ascontiguousarray(vectors[:, kept].T / np.sqrt(values[kept] + regularization)[:, np.newaxis])

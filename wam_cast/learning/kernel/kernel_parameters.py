@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from numbers import Integral
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -60,6 +62,21 @@ def checked_regularization(regularization: float) -> float:
             "pass for example regularization=1e-6"
         )
     return value
+
+
+def checked_n_landmarks(n_landmarks: object, regularization: float) -> int | None:
+    """Return the number of landmarks, or raise a ValueError that says what is allowed: with any, λ must be > 0."""
+    if n_landmarks is None:
+        return None
+    if isinstance(n_landmarks, bool) or not isinstance(n_landmarks, Integral) or n_landmarks < 1:
+        raise ValueError(
+            f"n_landmarks={quoted(n_landmarks)} is not allowed: it must be None or an integer >= 1; pass None to solve exactly"
+        )
+    if regularization == 0:
+        raise ValueError(
+            "regularization=0 is not allowed with n_landmarks: it must be > 0; pass for example regularization=1e-6"
+        )
+    return int(n_landmarks)
 
 
 def checked_sample_weight(sample_weight: float | ArrayLike, n_samples: int) -> Array:

@@ -47,7 +47,7 @@ def X_query():
         KernelRidge(sigma=3.0, regularization=0.1),
         KernelRidge(input_bounds=(0.0, 1.0), center_targets=False),
         KernelRidge(input_bounds=(-5.0, 5.0), regularization=1e-3),
-        KernelRidge(n_landmarks=7),
+        KernelRidge(n_landmarks=60),
         KernelRidge(n_landmarks=100, regularization=1e-3, center_targets=False),
     ]
 )

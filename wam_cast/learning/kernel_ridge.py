@@ -58,7 +58,8 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator):
         `None` solves exactly: the time is that of n_samples^3, the memory that of n_samples^2. A number approximates: the kernel
         stands at so many training rows alone, the landmarks, evenly spaced in their order; the time is that of
         n_samples `n_landmarks`^2, the memory that of `n_landmarks`^2. λ must be > 0. See `wam_cast.learning.kernel.landmarks`.
-        With all training rows as landmarks the solution is the exact one, up to rounding.
+        With all training rows as landmarks the solution is the exact one, up to rounding; with fewer, a sample that is there twice
+        may move the landmarks, where one of weight 2 does not.
 
     Attributes
     ----------

@@ -25,6 +25,7 @@ from pydrake.systems.analysis import ResetIntegratorFromFlags
 
 from wam_cast.batch import engine
 from wam_cast.cast import Cast, cast_bounds, is_allowed
+from wam_cast.cli.terminal import out, print_table
 from wam_cast.generation.sampling import sample_cast
 from wam_cast.scenario import Noise, Scenario
 from wam_cast.simulation import station_loop
@@ -72,19 +73,20 @@ def print_speed(scenario: Scenario, sizes: list[int], seed: int) -> None:
     casts = drawn(scenario, 24, seed)
     simulator = CastSimulator(scenario)
     drake = best_seconds(lambda: [simulator.simulate(Cast(*cast)) for cast in casts]) / len(casts)
-    print(f"Drake: {1 / drake:.1f} free casts a second on one core")
-    print("| precision | batch | casts a second | of Drake's |\n|---|---|---|---|")
+    out.print(f"Drake: {1 / drake:.1f} free casts a second on one core")
+    rows = []
     for precision in ("float64", "float32"):
         for size in sizes:
             many = np.resize(casts, (4 * size, 3)) if size < 1000 else np.resize(casts, (size, 3))
             with patch.dict(engine.CHUNKS, {jax.default_backend(): size}):
                 seconds = best_seconds(partial(engine.simulate_batch, scenario, many, precision=precision)) / len(many)
-            print(f"| {precision} | {size} | {1 / seconds:.0f} | {drake / seconds:.1f} |", flush=True)
+            rows.append((precision, str(size), f"{1 / seconds:.0f}", f"{drake / seconds:.1f}"))
+    print_table(rows, ["precision", "batch", "casts a second", "of Drake's"])
 
 
 def print_agreement(scenario: Scenario, n: int, seed: int) -> None:
     """Print how far landings are from Drake's, with and without noise."""
-    print("| noise | Drake's steps | precision | median mm | P95 mm | largest mm |\n|---|---|---|---|---|---|")
+    rows = []
     quiet = Noise.typical().model_copy(update={"encoder_counts": 0})
     noises = {"none": Noise(), "typical without encoders": quiet, "typical": Noise.typical()}
     for name, noise in noises.items():
@@ -97,11 +99,10 @@ def print_agreement(scenario: Scenario, n: int, seed: int) -> None:
             batch = engine.simulate_batch(noisy, casts, range(n), precision)[LANDING].to_numpy()
             for steps, drake in (("equal", equal), ("its own", own)):
                 off = 1e3 * np.linalg.norm(batch - drake, axis=1)
-                print(
-                    f"| {name} | {steps} | {precision} | {np.nanmedian(off):.2g} | {np.nanpercentile(off, 95):.2g} | "
-                    f"{np.nanmax(off):.2g} |",
-                    flush=True,
+                rows.append(
+                    (name, steps, precision, *(f"{value:.2g}" for value in np.nanpercentile(off, [50, 95, 100])))
                 )
+    print_table(rows, ["noise", "Drake's steps", "precision", "median mm", "P95 mm", "largest mm"])
 
 
 if __name__ == "__main__":
@@ -110,7 +111,7 @@ if __name__ == "__main__":
     arguments.add_argument("--sizes", type=int, nargs="+", default=[16, 32, 64, 128, 256])
     arguments.add_argument("--seed", type=int, default=1)
     options = arguments.parse_args()
-    print(f"JAX {jax.__version__} on {jax.devices()[0].device_kind}")
+    out.print(f"JAX {jax.__version__} on {jax.devices()[0].device_kind}")
     print_speed(Scenario(), options.sizes, options.seed)
     if options.casts:
         print_agreement(Scenario(), options.casts, options.seed)

@@ -15,11 +15,10 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from rich.console import Console
 from rich.progress import track as track_progress
-from rich.table import Table
 
 from wam_cast.cast import Cast
+from wam_cast.cli.terminal import out, print_table
 from wam_cast.crosscheck.flight_numbers import flight_numbers
 from wam_cast.crosscheck.mujoco_flight import MujocoSimulator
 from wam_cast.crosscheck.mujoco_model import import_mujoco
@@ -111,11 +110,13 @@ def draw_by_links(axes: Axes, links: Sequence[int], off: dict[str, list[Array]],
     axes.legend(fontsize="small")
 
 
-def print_table(title: str, rows: Sequence[tuple[str, str, Array]]) -> None:
-    table = Table("engine", "at", "median", "P95", "max", title=title)
-    for name, at, off in rows:
-        table.add_row(name, at, *(f"{value:.2g}" for value in np.percentile(1e3 * off, [50, 95, 100])))
-    Console().print(table)
+def print_distances(title: str, rows: Sequence[tuple[str, str, Array]]) -> None:
+    """Print quantiles of distances [m] in millimetres."""
+    out.print(title)
+    cells = [
+        (name, at, *(f"{value:.2g}" for value in np.percentile(1e3 * off, [50, 95, 100]))) for name, at, off in rows
+    ]
+    print_table(cells, ["engine", "at", "median", "P95", "max"])
 
 
 def main() -> None:
@@ -133,7 +134,7 @@ def main() -> None:
     casts = [sample_cast(scenario, options.seed, row) for row in range(options.casts)]
     steps = by_step(scenario, casts)
     links, apart = by_links(options.links, casts)
-    print_table(
+    print_distances(
         f"landings of {len(casts)} casts, off MuJoCo RK4 at {1e3 * FINE:g} ms [mm]",
         [
             (name, f"{1e3 * step:g} ms", off)
@@ -141,11 +142,11 @@ def main() -> None:
             for step, off in zip(STEPS, own, strict=True)
         ],
     )
-    print_table(
+    print_distances(
         f"off {options.links[-1]} links [mm]",
         [(name, f"{n} links", off) for name, own in links.items() for n, off in zip(options.links, own, strict=False)],
     )
-    print_table(
+    print_distances(
         "Drake off MuJoCo RK4, both at the default step [mm]",
         [("Drake", f"{n} links", off) for n, off in zip(options.links, apart, strict=True)],
     )

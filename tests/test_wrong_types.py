@@ -37,7 +37,7 @@ CALLS = {
     "Throw": (lambda: wc.Throw, {"cast": CAST, "cup": CUP}),
     "CastDataset": (
         lambda: wc.CastDataset,
-        {"scenario": SCENARIO, "seed": 0, "frame": pd.DataFrame(), "controller": "a"},
+        {"scenario": SCENARIO, "seed": 0, "frame": pd.DataFrame(), "controller": "a", "engine": "drake"},
     ),
     "CastDataset.load": (lambda: wc.CastDataset.load, {"directory": "none", "scenario": SCENARIO}),
     "generate_dataset": (
@@ -47,6 +47,7 @@ CALLS = {
             "n_casts": 1,
             "seed": 0,
             "make_controller": None,
+            "engine": "drake",
             "executor": None,
             "n_workers": None,
             "directory": None,
@@ -73,6 +74,7 @@ CALLS = {
             "scenario": SCENARIO,
             "directory": "none",
             "seed": 0,
+            "engine": "drake",
             "executor": None,
             "n_workers": None,
             "on_progress": None,
@@ -96,6 +98,14 @@ CALLS = {
     "CastSimulator.record_sequence": (
         lambda: simulator().record_sequence,
         {"throws": [wc.Throw(CAST, CUP)], "noise_seed": 0, "on_outcome": None, "on_recording": None},
+    ),
+    "simulate_batch": (
+        lambda: wc.simulate_batch,
+        {"scenario": SCENARIO, "casts": [], "noise_seeds": None, "precision": "float64", "belief": None},
+    ),
+    "batch_derivatives": (
+        lambda: wc.batch_derivatives,
+        {"scenario": SCENARIO, "casts": [], "parameters": ["speed"], "noise_seeds": None, "belief": None},
     ),
     "simulate_cast": (
         lambda: wc.simulate_cast,

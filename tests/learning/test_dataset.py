@@ -215,6 +215,7 @@ def test_the_directory_reads_as_it_stands_and_says_what_it_is(no_physics, tmp_pa
     assert manifest == {
         "format": 3,
         "controller": "wam_cast.robot.controller.CastController",
+        "engine": "drake",
         "fingerprint": SCENARIO.fingerprint,
         "seed": 0,
         "n_casts": 120,

@@ -280,7 +280,7 @@ sys.stdin.readline()
 for i in range(40):
     try:
         with DatasetDirectory(f"{sys.argv[1]}/{i}") as store:
-            store.open(Scenario(), int(sys.argv[2]), 10, "controller")
+            store.open(Scenario(), int(sys.argv[2]), 10, "controller", "drake")
     except InputError as error:
         assert "another run is at work" in str(error) or "with another seed" in str(error), error
 """

@@ -54,7 +54,10 @@ def checked_scenarios(scenario: Scenario | Sequence[Scenario], n: int) -> list[S
 
 def checked_seeds(noise_seeds: Any, n: int) -> list[int]:
     """Return a noise seed for each of `n` casts. Raises `.InputError`."""
-    seeds = [0] * n if noise_seeds is None else list(noise_seeds)
+    try:
+        seeds = [0] * n if noise_seeds is None else list(noise_seeds)
+    except TypeError:
+        raise InputError(f"noise_seeds = {quoted(noise_seeds)} must be integers from 0 on, one for each cast") from None
     if len(seeds) != n:
         raise InputError(f"noise_seeds: {len(seeds)} seeds for {n} casts; give one for each cast, or none at all")
     return [checked_integer("noise_seed", seed, 0) for seed in seeds]

@@ -21,6 +21,7 @@ from wam_cast.batch.numbers import CastNumbers, numbers, stacked
 from wam_cast.cast import Cast
 from wam_cast.errors import InputError, quoted
 from wam_cast.scenario import Scenario
+from wam_cast.types import checks_types
 
 QUANTITIES = ("landing_along", "landing_across", "crossing_time", "entry_speed", "entry_angle")
 
@@ -33,6 +34,7 @@ SMALL = 1e-3
 OF_THE_CAST = ("distance", "speed", "wait", "bearing")
 
 
+@checks_types
 def batch_derivatives(
     scenario: Scenario,
     casts: ArrayLike,

@@ -26,7 +26,7 @@ from wam_cast.motion.pendulum import fastest_swing
 from wam_cast.motion.polling import POLL_PERIODS, SLACK_MARGIN
 from wam_cast.scenario import Scenario
 from wam_cast.storage.casts_part import SCHEMA, STATUSES
-from wam_cast.types import Array
+from wam_cast.types import Array, checks_types
 
 CHUNKS = {"cpu": 64}
 """Casts that are simulated at once, by JAX's platform: as many as keep their numbers in a processor's cache."""
@@ -130,6 +130,7 @@ def _meets_limit(flight: Flight) -> Any:
     return peaks.is_outside | (peaks.torque > 1 - tolerance) | (peaks.velocity > 1)
 
 
+@checks_types
 def simulate_batch(
     scenario: Scenario | Sequence[Scenario],
     casts: ArrayLike,

@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Generator
 from concurrent.futures import Executor
 from contextlib import closing
 from functools import partial
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any, TypeAlias, get_args
 
 import numpy as np
 
@@ -20,7 +20,9 @@ from wam_cast.storage.manifest import Engine
 if TYPE_CHECKING:
     from wam_cast.simulation.outcome import Outcome
 
-Row = dict[str, Any]
+Row: TypeAlias = dict[str, Any]
+"""A row's columns by name."""
+
 
 BLOCK = 500
 """Casts that a process simulates with the batched engine before it hands them over: enough that compiling it is paid for."""

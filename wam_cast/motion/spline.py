@@ -7,8 +7,7 @@ from typing import TypeVar
 
 from wam_cast.types import Array
 
-T = TypeVar("T", float, Array)
-"""A number, or an array of any library."""
+T = TypeVar("T", float, Array)  # or an array of another library
 
 
 def quintic_step(u: T) -> tuple[T, T]:

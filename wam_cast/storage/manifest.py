@@ -73,7 +73,13 @@ class Manifest(BaseModel):
         if self.checksums is None:
             return []
         now = self._checksums()
-        return [name for name in {**now, **self.checksums} if now.get(name) != self.checksums.get(name)]
+        # A field that came later has no checksum, and its default.
+        later = {name for name in now.keys() - self.checksums.keys() if name not in self.model_fields_set}
+        return [
+            name
+            for name in {**now, **self.checksums}
+            if now.get(name) != self.checksums.get(name) and name not in later
+        ]
 
     def _checksums(self) -> dict[str, str]:
         values = self.model_dump(mode="json", exclude={"checksums"})

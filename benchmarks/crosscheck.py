@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from rich.progress import track as track_progress
 
 from wam_cast.cast import Cast
-from wam_cast.cli.terminal import out, print_table
+from wam_cast.cli.terminal import err, out, print_table
 from wam_cast.crosscheck.flight_numbers import flight_numbers
 from wam_cast.crosscheck.mujoco_flight import MujocoSimulator
 from wam_cast.crosscheck.mujoco_model import import_mujoco
@@ -29,7 +29,7 @@ from wam_cast.types import Array
 from wam_cast.visualization.picture_files import check_picture, write_figure
 from wam_cast.visualization.style import figure_style
 
-track = partial(track_progress, console=Console(stderr=True), transient=True)
+track = partial(track_progress, console=err, transient=True)
 
 STEPS = (2e-3, 1e-3, 5e-4, 2.5e-4)
 """Of the integration [s]."""

@@ -60,7 +60,10 @@ class ArmChain(NamedTuple):
 
 @lru_cache(maxsize=32)
 def arm_chain(arm: Arm) -> ArmChain:
-    """Return the chain of a scenario's arm, whose numbers are scaled as the scenario says. Raises `.InputError` as `~wam_cast.arm.arm_model.arm_model` does."""
+    """Return the chain of a scenario's arm, whose numbers are scaled as the scenario says.
+
+    Raises `.InputError` if its URDF cannot be used.
+    """
     model = arm_model(arm)
     root = ET.fromstring(model.urdf)
     above = {link_of(joint.find("child")): joint for joint in root.findall("joint")}

@@ -30,6 +30,20 @@ def frame_origins(chain: ArmChain, q: Array) -> Array:
     return np.array(_frames(chain, q)[1])
 
 
+def mass_matrix(chain: ArmChain, q: Array) -> Array:
+    """Return the arm's joint-space inertia [kg m^2], (7, 7), with that of the motors, at joint angles `q` [rad], (7,)."""
+    rotations, origins = _frames(chain, q)
+    M = np.diag(chain.rotor_inertia)
+    for i, (R, p) in enumerate(zip(rotations[:-1], origins[:-1], strict=True)):
+        axes = np.array([R_joint[:, 2] for R_joint in rotations[: i + 1]])
+        arms = p - np.array(origins[: i + 1])
+        J_v = np.cross(axes, arms)  # of the frame's origin, by joints
+        h, inertia = R @ chain.moment[i], R @ chain.inertia[i] @ R.T
+        coupling = J_v @ np.cross(axes, h).T
+        M[: i + 1, : i + 1] += chain.mass[i] * J_v @ J_v.T + coupling + coupling.T + axes @ inertia @ axes.T
+    return M
+
+
 def _frames(chain: ArmChain, q: Array) -> tuple[list[Array], list[Array]]:
     R, p = np.eye(3), np.zeros(3)
     rotations, origins = [], []

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import groupby
 from typing import Any, NamedTuple
 
 import jax
@@ -15,6 +16,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
+from wam_cast.arm.arm_chain import FRICTION_SPEED, arm_chain
+from wam_cast.arm.posture import mass_matrix, starting_posture
 from wam_cast.batch.arguments import Precision, checked_casts, checked_precision, checked_scenarios, checked_seeds
 from wam_cast.batch.flight import Flight, Settings, fly
 from wam_cast.batch.landing import Landing, landing
@@ -177,14 +180,22 @@ def simulate_batch(
     return _frame(made, _simulated(Batch.of(scenarios, made, seeds, precision, belief)))
 
 
+def fastest_friction(scenario: Scenario) -> float:
+    """Return the largest rate [1/s] at which friction brakes the arm's joints at the start, where Coulomb's is steepest."""
+    chain = arm_chain(scenario.arm)
+    slope = chain.damping + np.array(scenario.arm.coulomb_friction) * chain.coulomb_friction / FRICTION_SPEED
+    brakes = np.linalg.solve(mass_matrix(chain, starting_posture(scenario)), np.diag(slope))
+    return float(np.abs(np.linalg.eigvals(brakes)).max())
+
+
 @lru_cache(maxsize=256)
 def n_steps(scenario: Scenario) -> int:
     """Return in how many steps a control period is integrated. Raises `.InputError` if they are too many."""
-    longest = min(scenario.simulation.max_step, STABLE_STEP / fastest_swing(scenario))
+    longest = min(scenario.simulation.max_step, STABLE_STEP / max(fastest_swing(scenario), fastest_friction(scenario)))
     needed = math.ceil(scenario.controller.period / longest - 1e-9)
     if needed > MOST_STEPS:
         raise InputError(
-            f"scenario: the string is so stiff or so damped that a control period takes {needed} integration steps, "
+            f"scenario: string or joints are so stiff or so damped that a control period takes {needed} integration steps, "
             f"{MOST_STEPS} are allowed; simulate it with Drake, whose implicit method takes it, or choose fewer "
             "string.n_links or less damping"
         )
@@ -235,14 +246,18 @@ class Batch:
         return cls(rows, seeds, [n_steps(s) for s in scenarios], settings, precision, common)
 
     def chunks(self, which: list[int] | None = None, *, finer: int = 1) -> Iterator[tuple[list[int], Chunk]]:
-        """Yield those of the casts in chunks that take about as long, and which they are; the last ones fill a chunk up."""
+        """Yield those of the casts in chunks that take about as long, and which they are; the last ones fill a chunk up.
+
+        Casts of one chunk are integrated in as many steps: what becomes of one does not depend on the others.
+        """
         size = FEW if len(self.rows) <= FEW else CHUNKS.get(jax.default_backend(), GPU_CHUNK)
-        order = range(len(self.rows)) if which is None else which
-        order = sorted(order, key=lambda i: (self.steps[i], _n_samples(self.rows[i])))
-        for first in range(0, len(order), size):
-            of_chunk = order[first : first + size]
-            padded = of_chunk + of_chunk[-1:] * (size - len(of_chunk))
-            yield of_chunk, self.chunk(padded, finer * max(self.steps[i] for i in of_chunk))
+        wanted = range(len(self.rows)) if which is None else which
+        order = sorted(wanted, key=lambda i: (self.steps[i], _n_samples(self.rows[i])))
+        for steps, same in groupby(order, key=lambda i: self.steps[i]):
+            group = list(same)
+            for of_chunk in (group[first : first + size] for first in range(0, len(group), size)):
+                padded = of_chunk + of_chunk[-1:] * (size - len(of_chunk))
+                yield of_chunk, self.chunk(padded, finer * steps)
 
     def chunk(self, which: list[int], n_steps: int) -> Chunk:
         """Return those of the casts, to be integrated in `n_steps` a control period."""

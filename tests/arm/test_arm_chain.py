@@ -1,9 +1,12 @@
 """The arm's numbers, without Drake, are those that Drake makes of its URDF."""
 
+import os
+
 import numpy as np
 import pytest
 
 from wam_cast.arm.arm_chain import arm_chain
+from wam_cast.arm.arm_model import models_directory
 from wam_cast.arm.posture import frame_origins, hand_rotation, mass_matrix
 from wam_cast.robot.plant import make_arm_plant
 from wam_cast.scenario import Scenario
@@ -29,3 +32,15 @@ def test_inertia_and_places_are_drakes(values, seed):
     np.testing.assert_allclose(hand_rotation(chain, q), X_BE.rotation().matrix(), rtol=0, atol=1e-15)
     np.testing.assert_array_equal(chain.torque_limits, plant.GetEffortUpperLimits())
     np.testing.assert_array_equal(chain.velocity_limits, plant.GetVelocityUpperLimits())
+
+
+def test_a_file_that_has_changed_is_read_anew(tmp_path):
+    path = tmp_path / "arm.urdf"
+    text = (models_directory() / "wam7.urdf").read_text().replace("meshes/", f"{models_directory()}/meshes/")
+    path.write_text(text)
+    arm = Scenario.from_dict({"arm": {"urdf": str(path)}}).arm
+    before = arm_chain(arm).mass[0]
+    assert before == 10.76768767
+    path.write_text(text.replace(f'"{before}"', '"12.5"'))
+    os.utime(path, ns=(0, 0))
+    assert arm_chain(arm).mass[0] == 12.5

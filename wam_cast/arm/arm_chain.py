@@ -8,7 +8,7 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from wam_cast.arm.arm_model import arm_model
+from wam_cast.arm.arm_model import ArmModel, arm_model
 from wam_cast.arm.arm_urdf import JOINTS
 from wam_cast.arm.urdf_file import DRAKE, MOMENTS, Element, link_of, number, numbers, rotation
 from wam_cast.scenario_parts import Arm
@@ -36,7 +36,7 @@ class ArmChain(NamedTuple):
     damping
         Viscous, of the joints [N m s], (7,).
     coulomb_friction
-        Of the joints, of which `Arm.coulomb_friction` says how much acts [N m], (7,).
+        Of the joints, as much as acts [N m], (7,).
     gear_ratio
         Of the motors, (7,).
     torque_limits, velocity_limits, lower, upper
@@ -58,13 +58,16 @@ class ArmChain(NamedTuple):
     upper: Array
 
 
-@lru_cache(maxsize=32)
 def arm_chain(arm: Arm) -> ArmChain:
     """Return the chain of a scenario's arm, whose numbers are scaled as the scenario says.
 
     Raises `.InputError` if its URDF cannot be used.
     """
-    model = arm_model(arm)
+    return _arm_chain(arm_model(arm), arm)
+
+
+@lru_cache(maxsize=32)
+def _arm_chain(model: ArmModel, arm: Arm) -> ArmChain:
     root = ET.fromstring(model.urdf)
     above = {link_of(joint.find("child")): joint for joint in root.findall("joint")}
     joints = [above[f"link{i}"] for i in range(1, 8)]
@@ -83,7 +86,7 @@ def arm_chain(arm: Arm) -> ArmChain:
         inertia=inertia,
         rotor_inertia=motors["rotor_inertia"] * motors["gear_ratio"] ** 2,
         damping=_of_joints(joints, "dynamics", "damping"),
-        coulomb_friction=model.coulomb_friction,
+        coulomb_friction=np.array(arm.coulomb_friction) * model.coulomb_friction,
         gear_ratio=motors["gear_ratio"],
         torque_limits=limits["effort"],
         velocity_limits=limits["velocity"],

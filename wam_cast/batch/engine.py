@@ -176,19 +176,18 @@ def simulate_batch(
     scenarios = checked_scenarios(scenario, len(made))
     seeds = checked_seeds(noise_seeds, len(made))
     if not made:
-        return _frame(made, [])
+        return _frame(made, None)
     return _frame(made, _simulated(Batch.of(scenarios, made, seeds, precision, belief)))
 
 
 def fastest_friction(scenario: Scenario) -> float:
     """Return the largest rate [1/s] at which friction brakes the arm's joints at the start, where Coulomb's is steepest."""
     chain = arm_chain(scenario.arm)
-    slope = chain.damping + np.array(scenario.arm.coulomb_friction) * chain.coulomb_friction / FRICTION_SPEED
+    slope = chain.damping + chain.coulomb_friction / FRICTION_SPEED
     brakes = np.linalg.solve(mass_matrix(chain, starting_posture(scenario)), np.diag(slope))
     return float(np.abs(np.linalg.eigvals(brakes)).max())
 
 
-@lru_cache(maxsize=256)
 def n_steps(scenario: Scenario) -> int:
     """Return in how many steps a control period is integrated. Raises `.InputError` if they are too many."""
     longest = min(scenario.simulation.max_step, STABLE_STEP / max(fastest_swing(scenario), fastest_friction(scenario)))
@@ -243,7 +242,8 @@ class Batch:
         )
         is_one = len(set(map(id, scenarios))) == 1
         common = scenario_numbers(scenarios[0], belief or scenarios[0]) if is_one else None
-        return cls(rows, seeds, [n_steps(s) for s in scenarios], settings, precision, common)
+        steps = {scenario: n_steps(scenario) for scenario in set(scenarios)}
+        return cls(rows, seeds, [steps[scenario] for scenario in scenarios], settings, precision, common)
 
     def chunks(self, which: list[int] | None = None, *, finer: int = 1) -> Iterator[tuple[list[int], Chunk]]:
         """Yield those of the casts in chunks that take about as long, and which they are; the last ones fill a chunk up.
@@ -270,18 +270,26 @@ class Batch:
         return Chunk(stacked(rows, self.common), deviates, n_steps, self.settings, self.precision)
 
 
-def _simulated(batch: Batch) -> list[Told]:
-    """Return what is told of each cast, in order; those that diverge are simulated once more, in finer steps."""
-    told: list[Any] = [None] * len(batch.rows)
+def _simulated(batch: Batch) -> Told:
+    """Return what is told of the casts, in order; those that diverge are simulated once more, in finer steps."""
+    parts = [(which, chunk.run()) for which, chunk in batch.chunks()]
+    told = _in_order(parts)
+    diverged = np.flatnonzero(told.has_diverged).tolist()
+    parts += [(which, chunk.run()) for which, chunk in batch.chunks(diverged, finer=FINER)]
+    return _in_order(parts) if diverged else told
 
-    def simulate(chunks: Iterator[tuple[list[int], Chunk]]) -> None:
-        for which, chunk in chunks:
-            found = chunk.run()
-            for k, i in enumerate(which):
-                told[i] = jax.tree.map(lambda values, k=k: values[k], found)
 
-    simulate(batch.chunks())
-    simulate(batch.chunks([i for i, one in enumerate(told) if one.has_diverged], finer=FINER))
+def _in_order(parts: list[tuple[list[int], Told]]) -> Told:
+    """Return what is told of all casts, of chunks of some each; a later one counts for a cast that is in several."""
+    n = max(max(which) for which, _ in parts) + 1
+
+    def gathered(*chunks: Array) -> Array:
+        values = np.empty(n, chunks[0].dtype)
+        for (which, _), found in zip(parts, chunks, strict=True):
+            values[which] = found[: len(which)]
+        return values
+
+    told: Told = jax.tree.map(gathered, *(found for _, found in parts))
     return told
 
 
@@ -292,25 +300,24 @@ def _n_samples(row: CastNumbers) -> int:
     return int(duration / row.law.period) + 1
 
 
-def _frame(casts: list[Cast], told: list[Told]) -> pd.DataFrame:
+def _frame(casts: list[Cast], told: Told | None) -> pd.DataFrame:
     """Return a dataset's columns."""
     commands = np.array([cast.to_array() for cast in casts]).reshape(-1, 3)
     columns: dict[str, Any] = {"cast": np.arange(len(casts))} | dict(zip(PARAMETERS, commands.T, strict=True))
-    if told:
-        all_told = jax.tree.map(lambda *of_casts: np.array(of_casts), *told)
-        has_landed, found = all_told.has_landed, all_told.landing
-        landings = found._asdict() | {"slack": all_told.slack}
+    if told is not None:
+        has_landed = told.has_landed
+        landings = told.landing._asdict() | {"slack": told.slack}
         columns |= {
             f"landing_{name}" if name in ("along", "across") else name: np.where(has_landed, of, np.nan)
             for name, of in landings.items()
         }
-        which = np.select([all_told.has_diverged, all_told.meets_limit, ~has_landed], [3, 2, 1], 0)
+        which = np.select([told.has_diverged, told.meets_limit, ~has_landed], [3, 2, 1], 0)
         columns |= {
             "status": np.array(STATUSES)[which],
-            "is_slack": has_landed & all_told.is_slack,
-            "peak_torque_utilization": all_told.torque,
-            "peak_velocity_utilization": all_told.velocity,
-            "peak_tracking_error": all_told.tracking_error,
+            "is_slack": has_landed & told.is_slack,
+            "peak_torque_utilization": told.torque,
+            "peak_velocity_utilization": told.velocity,
+            "peak_tracking_error": told.tracking_error,
         }
     types = {field.name: field.type.to_pandas_dtype() for field in SCHEMA}
     return pd.DataFrame(columns, columns=SCHEMA.names).astype(

@@ -129,11 +129,10 @@ def _period(numbers: CastNumbers, deviates: Any, n_steps: Any, settings: Setting
     law, state = numbers.law, flight
     samples = jnp.full_like(state.down_sample, state.sample)
     time = samples * law.period
-    torque, line, command = _torque(numbers, deviates, settings, state.q, state.v, state.line, samples, time)
+    torque, line, command, used = _torque(numbers, deviates, settings, state.q, state.v, state.line, samples, time)
     q, v = _integrate(numbers, state.q, state.v, torque, n_steps)
     is_bounded = jnp.all(jnp.abs(jnp.concatenate([q, v])) < MAX_STATE, axis=0)  # False of nan
     active = state.is_active & is_bounded
-    used = jnp.max(utilization(command, torque_limits(law, state.v[:N_ARM], command)), axis=0)
     is_down = state.down_sample >= 0
 
     def kept(new: Any, old: Any) -> Any:
@@ -245,8 +244,8 @@ def _noise(numbers: CastNumbers, deviates: Any, samples: Any) -> Any:
 
 def _torque(
     numbers: CastNumbers, deviates: Any, settings: Settings, q: Any, v: Any, line: Any, samples: Any, time: Any
-) -> tuple[Any, Any, Any]:
-    """Return the torque that acts from a sample on, the delay line after it, and what the motors were asked for."""
+) -> tuple[Any, Any, Any, Any]:
+    """Return the torque from a sample on, the delay line after it, what the motors are asked for, and how much they are used."""
     command, law = _command(numbers, settings, q, v, time), numbers.law
     if settings.delay:
         delay = jnp.broadcast_to(law.delay, command.shape[-1:])
@@ -255,8 +254,8 @@ def _torque(
         command = jnp.where(delay > 0, late, command)
     if settings.has_torque_noise:
         command = command + _noise(numbers, deviates, samples)
-    torque, _ = given(law, command, v[:N_ARM])
-    return torque, line, command
+    torque, asked = given(law, command, v[:N_ARM])
+    return torque, line, command, jnp.max(asked, axis=0)
 
 
 def _integrate(numbers: CastNumbers, q: Any, v: Any, torque: Any, n_steps: Any) -> tuple[Any, Any]:
@@ -296,9 +295,8 @@ def _finish_drop(numbers: CastNumbers, deviates: Any, n_steps: Any, settings: Se
 
     def period(state: Any) -> Any:
         samples, q, v, line, peaks = state
-        torque, later, command = _torque(numbers, deviates, settings, q, v, line, samples, samples * law.period)
+        torque, later, _, used = _torque(numbers, deviates, settings, q, v, line, samples, samples * law.period)
         counts = goes_on(samples)
-        used = jnp.max(utilization(command, torque_limits(law, v, command)), axis=0)
         q_next, v_next = _integrate(numbers, q, v, torque, n_steps)
         peaks = peaks._replace(torque=jnp.where(counts, jnp.maximum(peaks.torque, used), peaks.torque))
         peaks = _looked(numbers, peaks, q_next, v_next, counts)

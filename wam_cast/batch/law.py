@@ -37,9 +37,9 @@ def reference(motion: MotionNumbers, t: Any, *, has_turns: bool) -> Reference:
     if has_turns:
         is_turning = t < m.turn_duration
         duration = jnp.where(m.turn_duration > 0, m.turn_duration, 1.0)
-        step, change = nonic_step(_share(t, duration)), m.bearing - m.start_bearing
-        angle = m.start_bearing + change * step[0]
-        rates = [change / duration**order * step[order] for order in (1, 2, 3)]
+        step = nonic_step(_share(t, duration))
+        angle = m.bearing * step[0]
+        rates = [m.bearing / duration**order * step[order] for order in (1, 2, 3)]
         pendulum = Pendulum(m.pendulum_length, m.gravity)
         p, v = swung_hand((angle, *rates), m.start_radius, m.start_height - m.pendulum_length, pendulum, xp=jnp)
         p_WE, v_WE = (

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wam_cast.arm.arm_chain import arm_chain, encoder_resolution
-from wam_cast.arm.arm_model import arm_model
+from wam_cast.arm.arm_model import ArmModel, arm_model
 from wam_cast.arm.posture import base_rotation, hand_rotation, starting_posture
 from wam_cast.cast import Cast
 from wam_cast.motion.noise_draws import executed_cast, swing_at_start
@@ -86,7 +86,6 @@ class LawNumbers(NamedTuple):
 class MotionNumbers(NamedTuple):
     """The reference: see `.CastMotion`. Times from the start of the turn, but for move, wait and drop."""
 
-    start_bearing: Numbers
     bearing: Numbers
     turn_duration: Numbers
     start_radius: Numbers
@@ -138,7 +137,7 @@ def _arm_numbers(scenario: Scenario, tilt: tuple[float, float]) -> ArmNumbers:
         inertia=chain.inertia[:, (0, 0, 0, 1, 1, 2), (0, 1, 2, 1, 2, 2)],
         rotor_inertia=chain.rotor_inertia,
         damping=chain.damping,
-        friction=np.array(arm.coulomb_friction) * chain.coulomb_friction,
+        friction=chain.coulomb_friction,
     )
 
 
@@ -164,9 +163,13 @@ def numbers(scenario: Scenario, cast: Cast, noise_seed: int = 0, belief: Scenari
     return fixed._replace(motion=motion, q=q, v=v)
 
 
-@lru_cache(maxsize=64)
 def scenario_numbers(scenario: Scenario, belief: Scenario) -> CastNumbers:
-    """Return what is the same in all casts of a scenario."""
+    """Return what is the same in all casts of a scenario: the same object each time, unless a URDF has changed."""
+    return _scenario_numbers(scenario, belief, arm_model(scenario.arm), arm_model(belief.arm))
+
+
+@lru_cache(maxsize=64)
+def _scenario_numbers(scenario: Scenario, belief: Scenario, *_models: ArmModel) -> CastNumbers:
     arm, controller, motion = scenario.arm, scenario.controller, belief.motion
     chain, believed_arm = arm_chain(arm), _arm_numbers(belief, (0.0, 0.0))
     scale, posture = np.array(arm.torque_scale), starting_posture(belief)
@@ -200,7 +203,6 @@ def scenario_numbers(scenario: Scenario, belief: Scenario) -> CastNumbers:
             torque_deviation=scenario.noise.torque * limits,
         ),
         motion=MotionNumbers(
-            start_bearing=nothing,
             bearing=nothing,
             turn_duration=nothing,
             start_radius=np.float64(motion.start_radius),

@@ -200,7 +200,7 @@ def _batch(
 ) -> pd.DataFrame:
     parameters = np.array([cast.to_array() for cast in casts])
     frame = simulate_batch(scenario, parameters, noise_seeds=noise_seeds)
-    return frame.reset_index(drop=True).assign(ball_path=np.nan)
+    return frame.assign(ball_path=np.nan)
 
 
 def _path_off(path: Array, judged: Row, judged_path: Array, scenario: Scenario) -> float:

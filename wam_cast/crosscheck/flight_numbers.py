@@ -73,8 +73,8 @@ def limits_used(flight: Flight, limits: ArmLimits) -> tuple[Array, Array, bool]:
         # A torque was held from the sample before on, at whose speed the motors had their limits.
         at = limits.torque_at(np.vstack([v[:1], v[:-1]]), torques)
         torque = np.maximum(torque, limits.utilization(torques, at).max(axis=0))
-        velocity = np.maximum(velocity, limits.utilization(v, limits.velocity).max(axis=0))
-        is_outside = is_outside or bool(np.any((q < limits.lower) | (q > limits.upper)))
+        velocity = np.maximum(velocity, limits.utilization(v, limits.chain.velocity_limits).max(axis=0))
+        is_outside = is_outside or bool(np.any((q < limits.chain.lower) | (q > limits.chain.upper)))
     return torque, velocity, is_outside
 
 

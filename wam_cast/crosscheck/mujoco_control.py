@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from xml.etree import ElementTree as ET
-
 import numpy as np
 
-from wam_cast.arm.arm_chain import DIFFERENTIALS
+from wam_cast.arm.arm_chain import DIFFERENTIALS, arm_chain, encoder_resolution
 from wam_cast.arm.arm_model import arm_model
 from wam_cast.arm.posture import starting_posture
-from wam_cast.arm.urdf_file import DRAKE, number
 from wam_cast.crosscheck.mujoco_model import believed_arm_mjcf, compiled, import_mujoco
 from wam_cast.motion.noise_draws import torque_deviates
 from wam_cast.motion.stages import CastMotion
@@ -19,30 +16,10 @@ from wam_cast.types import Array
 
 
 class ArmLimits:
-    """What the arm's URDF says of its motors and joints.
-
-    Attributes
-    ----------
-    torque, velocity
-        Limits of what the motors give [N m] and turn [rad/s], (7,) each.
-    lower, upper
-        Ends of the joints' ranges [rad], (7,) each.
-    gear_ratio
-        Of the motors, (7,).
-    """
+    """What the motors give at most, and how much of it is used: see docs/controller.md, written again for MuJoCo."""
 
     def __init__(self, scenario: Scenario) -> None:
-        urdf = ET.fromstring(arm_model(scenario.arm).urdf)
-        joints = [joint for joint in urdf.findall("joint") if joint.get("type") == "revolute"]
-        self.torque, self.velocity, self.lower, self.upper = (
-            np.array([number(joint.find("limit"), key) for joint in joints])
-            for key in ("effort", "velocity", "lower", "upper")
-        )
-        ratios = (
-            urdf.find(f"transmission/joint[@name='{joint.get('name')}']/../actuator/{DRAKE}gear_ratio")
-            for joint in joints
-        )
-        self.gear_ratio = np.array([number(ratio, "value") for ratio in ratios])
+        self.chain = arm_chain(scenario.arm)
         self._knee = scenario.arm.knee_speed
 
     def utilization(self, values: Array, limits: Array) -> Array:
@@ -56,9 +33,9 @@ class ArmLimits:
     def torque_at(self, v: Array, torque: Array) -> Array:
         """Return the limits [N m] at joint velocities `v` [rad/s] of torques with the signs of `torque`, (..., 7) each."""
         if self._knee == 1:
-            return self.torque
-        left = np.clip((1 - self.utilization(v, self.velocity)) / (1 - self._knee), 1e-6, 1)
-        return np.asarray(np.where(torque * v > 0, left, 1.0) * self.torque)
+            return self.chain.torque_limits
+        left = np.clip((1 - self.utilization(v, self.chain.velocity_limits)) / (1 - self._knee), 1e-6, 1)
+        return np.asarray(np.where(torque * v > 0, left, 1.0) * self.chain.torque_limits)
 
 
 class Law:
@@ -120,9 +97,7 @@ class Control:
     def __init__(self, law: Law, limits: ArmLimits, motion: CastMotion, noise_seed: int) -> None:
         self._law, self._limits, self.motion, self._noise_seed = law, limits, motion, noise_seed
         self._scenario = law.scenario
-        self._count = np.zeros(N_ARM)
-        if self._scenario.noise.encoder_counts > 0:
-            self._count = 2 * np.pi / (self._scenario.noise.encoder_counts * limits.gear_ratio)
+        self._count = encoder_resolution(limits.chain, self._scenario.noise.encoder_counts)
         self._wanted: dict[int, Array] = {}
 
     def torque(self, sample: int, q: Array, v: Array) -> Array:
@@ -137,7 +112,7 @@ class Control:
         commanded = self._wanted[max(sample - scenario.controller.delay, 0)]
         scale = np.array(scenario.arm.torque_scale)
         if scenario.noise.torque > 0:
-            deviation = scenario.noise.torque * limits.torque / scale
+            deviation = scenario.noise.torque * limits.chain.torque_limits / scale
             commanded = commanded + deviation * torque_deviates(self._noise_seed, sample)
         used = limits.utilization(commanded, limits.torque_at(v, commanded) / scale)
         return np.asarray(scale * commanded / np.maximum(used, 1.0))

@@ -14,7 +14,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 from scipy.optimize import brentq
 
-from wam_cast.arm.arm_chain import FRICTION_SPEED
+from wam_cast.arm.arm_chain import FRICTION_SPEED, arm_chain
 from wam_cast.arm.arm_model import arm_model
 from wam_cast.arm.arm_urdf import JOINTS
 from wam_cast.arm.urdf_file import DRAKE, MOMENTS, Element, link_of, number, numbers, rotation
@@ -60,7 +60,7 @@ def robot_mjcf(scenario: Scenario, step: float, *, has_ball: bool = True, cup: P
     for joint in JOINTS:
         ET.SubElement(actuators, "motor", joint=joint)
     arm = scenario.arm
-    for joint, size in zip(JOINTS, arm.coulomb_friction * arm_model(arm).coulomb_friction, strict=True):
+    for joint, size in zip(JOINTS, arm_chain(arm).coulomb_friction, strict=True):
         if (
             size > 0
         ):  # the actuator's force is bias[2] * velocity within its range: grows to the full friction, then stays

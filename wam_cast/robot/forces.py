@@ -11,8 +11,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 from pydrake.systems.primitives import Adder, MatrixGain, Saturation
 
-from wam_cast.arm.arm_chain import FRICTION_SPEED
-from wam_cast.arm.arm_model import arm_model
+from wam_cast.arm.arm_chain import FRICTION_SPEED, arm_chain
 from wam_cast.robot.drake_types import add_system
 from wam_cast.robot.plant import HOOK, N_ARM, fill_plant
 from wam_cast.scenario import Scenario
@@ -37,7 +36,7 @@ def add_plant(
 
 def connect_forces(builder: DiagramBuilder, plant: MultibodyPlant, scenario: Scenario) -> None:
     """Connect to `plant` those of the forces that `scenario` has."""
-    friction = coulomb_friction(scenario)
+    friction = arm_chain(scenario.arm).coulomb_friction
     forces = [_friction_force(builder, plant, friction)] if np.any(friction) else []
     if scenario.string.bending_stiffness > 0 and plant.num_velocities() > N_ARM:
         stiffness = add_system(builder, "bending_stiffness", MatrixGain(bending_gain(plant, scenario)))
@@ -49,11 +48,6 @@ def connect_forces(builder: DiagramBuilder, plant: MultibodyPlant, scenario: Sce
     for i, force in enumerate(forces):
         builder.Connect(force, total.get_input_port(i))
     builder.Connect(total.get_output_port(), plant.get_applied_generalized_force_input_port())
-
-
-def coulomb_friction(scenario: Scenario) -> Array:
-    """Return the Coulomb friction of the arm's joints [N m] that acts, shape (7,)."""
-    return np.array(scenario.arm.coulomb_friction) * arm_model(scenario.arm).coulomb_friction
 
 
 def _friction_force(builder: DiagramBuilder, plant: MultibodyPlant, friction: Array) -> OutputPort:

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 
-from wam_cast.arm.arm_chain import FRICTION_SPEED
+from wam_cast.arm.arm_chain import FRICTION_SPEED, arm_chain
 from wam_cast.errors import InputError
-from wam_cast.robot.forces import bending_gain, coulomb_friction
+from wam_cast.robot.forces import bending_gain
 from wam_cast.robot.plant import N_ARM, joint_damping
 from wam_cast.robot.station import CastStation
 
@@ -109,7 +109,7 @@ def fastest_rate(station: CastStation) -> float:
     context = plant.CreateDefaultContext()  # the string hangs
     q, mass = plant.GetPositions(context), plant.CalcMassMatrix(context)
     damping = joint_damping(plant)
-    damping[:N_ARM] += coulomb_friction(station.scenario) / FRICTION_SPEED  # where it is steepest
+    damping[:N_ARM] += arm_chain(station.scenario.arm).coulomb_friction / FRICTION_SPEED  # where it is steepest
     stiffness = -bending_gain(plant, station.scenario)[:, :n]
     # Gravity's, on the string; that on the arm is the controller's to carry.
     for i in range(N_ARM, n):

@@ -36,6 +36,7 @@ CHEAPER = {
     "wam-cast generate --scenario longer.yaml --casts 1700 --out longer.casts": (
         "wam-cast generate --scenario longer.yaml --casts 34 --out longer.casts"
     ),
+    "wam-cast generate --engine batch --casts 100000 --out many": "wam-cast generate --engine batch --casts 8 --out many",
     "wam-cast map --out floor.png": "wam-cast map --out floor.png --radii 2 --bearings 2 --workers 1",
 }
 """Lines that take long or never end, and what runs instead."""
@@ -50,6 +51,7 @@ ELSEWHERE = {
     r"python3 -m venv \.venv && \.venv/bin/pip install -q -e '\.\[test.*": (IN_CI, "test_command"),
     r"source \.venv/bin/activate": (IN_CI, ".venv/bin/"),
     r"pip install -e '\.\[notebooks\]'": ("pyproject.toml", "notebooks = ["),
+    r"pip install -e '\.\[batch\]'": ("pyproject.toml", "batch = ["),
     r"pip install -e '\.\[distributed\]'": ("pyproject.toml", "distributed = ["),
     r"wam-cast show": ("tests/cli/test_explorer.py", 'start("show"'),
     r"jupyter lab notebooks": ("pyproject.toml", "jupyterlab"),

@@ -53,7 +53,7 @@ def test_reference_model_is_the_fit_to_the_shipped_dataset(reference_data):
     # The search ends a little elsewhere on other machines, where the error is as small.
     for name, value in vars(fitted.info).items():
         tolerance = 0.02 if name in ("sigma", "regularization") else 1e-3
-        assert getattr(shipped.info, name) == pytest.approx(value, rel=tolerance), name
+        assert getattr(shipped.info, name) == (value and pytest.approx(value, rel=tolerance)), name
     assert shipped.reach == pytest.approx(fitted.reach, rel=1e-12)
     casts = sample_casts(Scenario(), 30, seed=99)
     np.testing.assert_allclose(shipped.predict(casts), fitted.predict(casts), rtol=0, atol=2e-5)

@@ -137,7 +137,7 @@ def test_string_that_flails_ever_faster_asks_for_no_endless_steps(monkeypatch):
     }
     simulator = CastSimulator(scenario(controller=unstable), make_controller=lambda known: CastController(known))
     assert simulator.simulate(Cast(0.4, 0.6, 0.1)).status is Status.LIMIT_HIT
-    monkeypatch.setattr("wam_cast.simulation.integration.MIN_STEP", 1e-5)
+    monkeypatch.setattr("wam_cast.simulation.integration.MIN_STEP", 2e-5)
     assert simulator.simulate(Cast(0.4, 0.6, 0.1)).status is Status.DIVERGED
     state = simulator._contact_free._loop._simulator.get_context().get_continuous_state_vector().CopyToVector()
     assert np.abs(state).max() < MAX_STATE

@@ -19,6 +19,8 @@ _LOADS = np.eye(N_ARM)
 for _pair in DIFFERENTIALS:
     _LOADS[np.ix_(_pair, _pair)] = 1.0
 
+_HAS_OWN_MOTORS = _LOADS.sum(axis=1) == 1
+
 
 def motor_utilization(values: Array, limits: Array) -> Array:
     """Return the utilization of each joint's motors by torques [N m] or velocities [rad/s], shape (..., 7), of their limits, (7,).
@@ -34,7 +36,10 @@ def saturate(torque: Array, limits: Array) -> Array:
 
     Joints of their own are clipped; a differential's pair beyond its motors' limit is scaled, which keeps its direction.
     """
-    return np.asarray(torque / np.maximum(motor_utilization(torque, limits), 1.0))
+    utilization = motor_utilization(torque, limits)
+    if np.all(utilization <= 1):
+        return torque
+    return np.where(_HAS_OWN_MOTORS, np.clip(torque, -limits, limits), torque / np.maximum(utilization, 1.0))
 
 
 class TorqueLimits:

@@ -17,9 +17,10 @@ from synthetic_landings import synthetic_dataset
 from wam_cast.cast import PARAMETERS, cast_bounds
 from wam_cast.cli.terminal import print_table
 from wam_cast.learning.dataset import CastDataset
-from wam_cast.learning.forward_model import START_SIGMA, ForwardModel
+from wam_cast.learning.forward_model import ForwardModel
 from wam_cast.learning.hyperparameters import tune_by_lbfgs
 from wam_cast.learning.kernel.landmarks import landmark_rows
+from wam_cast.learning.kernel_fit import START_SIGMA
 from wam_cast.learning.kernel_ridge import KernelRidge
 from wam_cast.learning.losses import LeaveOneOutLoss
 from wam_cast.learning.parts import split_casts

@@ -13,6 +13,7 @@ import argparse
 import os
 import time
 import tracemalloc
+from collections.abc import Sequence
 from typing import NamedTuple
 
 # One core: the numerical libraries' threads must not help. It counts only before they are loaded.
@@ -57,12 +58,9 @@ def measure(n_casts: int, n_cups: int) -> Growth:
     return Growth(n_casts, info.n_train, info.n_landmarks, fit_s, float(np.median(plans)), memory_mb, info.test_rmse)
 
 
-def main() -> None:
-    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    arguments.add_argument("--casts", type=int, nargs="+", default=(100, 300, 1000, 2000, 10_000, 20_000))
-    arguments.add_argument("--cups", type=int, default=10)
-    options = arguments.parse_args()
-    found = [measure(n_casts, options.cups) for n_casts in options.casts]
+def print_growth(casts: Sequence[int], n_cups: int) -> None:
+    """Print a row for each number of casts."""
+    found = [measure(n_casts, n_cups) for n_casts in casts]
     rows = []
     for before, one in zip([None, *found], found, strict=False):
         columns = [_grown(name, one, before, found[0]) for name in ("fit_s", "plan_s")]
@@ -79,6 +77,14 @@ def main() -> None:
         )
     print_table(rows, HEADINGS)
     out.print(f"first row: fit {found[0].fit_s:.2f} s, plan {1e3 * found[0].plan_s:.0f} ms")
+
+
+def main() -> None:
+    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    arguments.add_argument("--casts", type=int, nargs="+", default=(100, 300, 1000, 2000, 10_000, 20_000))
+    arguments.add_argument("--cups", type=int, default=10)
+    options = arguments.parse_args()
+    print_growth(options.casts, options.cups)
 
 
 def _grown(name: str, one: Growth, before: Growth | None, first: Growth) -> tuple[str, str]:

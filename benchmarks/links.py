@@ -1,7 +1,7 @@
 """How many links a string needs: how far landings are from those with the most links, and what a cast costs.
 
-Landings are those of an implicit integrator under error control, whose error is far below the differences: a string of many
-links is stiff. Costs are those of an ordinary simulation, measured in processor time.
+Landings are those of the batched engine at half of the step that it would take, whose error is far below the differences. Costs are
+those of an ordinary simulation by Drake, measured in processor time.
 
     python benchmarks/links.py [--links 5 7 10 14 20 40] [--casts 50] [--timed 3] [--seed 2]
 """
@@ -13,28 +13,24 @@ import time
 from collections.abc import Sequence
 
 import numpy as np
-from accuracy import converged_landing
-from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
-from rich.progress import track
 
+from wam_cast.batch.engine import n_steps, simulate_batch
 from wam_cast.cast import Cast
 from wam_cast.cli.terminal import out, print_table
 from wam_cast.generation.sampling import sample_cast
-from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.simulator import CastSimulator
 from wam_cast.types import Array
 
-CONVERGED = SimulatorConfig(integration_scheme="radau3", accuracy=1e-2, max_step_size=0.002, use_error_control=True)
-
 
 def landings(scenario: Scenario, casts: Sequence[Cast]) -> Array:
-    """Return the converged landings' distances from the base axis [m], one a cast."""
-    station = CastStation(scenario, has_scene=False)
-    simulator = Simulator(station.diagram)
-    ApplySimulatorConfig(CONVERGED, simulator)
-    label = f"{scenario.string.n_links} links"
-    return np.array([converged_landing(station, simulator, cast) for cast in track(casts, label, transient=True)])
+    """Return the landings' distances from the base axis [m], one a cast."""
+    half_step = n_steps(scenario) * 2
+    finer = scenario.simulation.model_copy(update={"max_step": scenario.controller.period / half_step})
+    frame = simulate_batch(
+        scenario.model_copy(update={"simulation": finer}), np.array([cast.to_array() for cast in casts])
+    )
+    return frame["landing_along"].to_numpy(dtype=float)
 
 
 def seconds(scenario: Scenario, casts: Sequence[Cast]) -> float:

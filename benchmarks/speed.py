@@ -1,125 +1,77 @@
-"""How fast casts are simulated on one core, what a cup costs, and where the time goes.
+"""How fast everything is that takes time, section by section, in one run.
 
-Ratios are taken within one run; the absolute figures are of the machine that runs it.
+    python benchmarks/speed.py [SECTION ...] [--casts 40] [--sizes 16 32 64 128 256] [--many 100000] [--seed 1]
 
-    python benchmarks/speed.py [--casts 60] [--seed 1]
+Ratios are taken within one run, with the least and the greatest of three rounds; absolute figures are of the machine that runs it.
+Sections: drake (its plant alone, free casts, casts into cups), batched (by batch size and precision; on a machine with a GPU JAX
+takes it: pass larger --sizes there), mujoco, parallel (generation on all cores), many (a large dataset and its memory),
+learning (fits and plans over the number of casts). All of them take about an hour on two cores.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
-import time
 from collections.abc import Callable
 
-# One core: the numerical libraries' threads must not help. It counts only before they are loaded.
-os.environ.update(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1")
-
-import numpy as np
-from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.analysis import Simulator
-
-from wam_cast.cli.terminal import out, print_table
-from wam_cast.generation.sampling import sample_cast
-from wam_cast.robot.drake_types import evaluate
-from wam_cast.robot.plant import fill_plant
-from wam_cast.robot.station import CastStation
-from wam_cast.scenario import Cup, Scenario
-from wam_cast.simulation.integration import ACCURACY, EXPLICIT, begin_integration
-from wam_cast.simulation.sampled_loop import SampledLoop
-from wam_cast.simulation.simulator import CastSimulator
-from wam_cast.types import Array
-
-N_REPEATS = 3
-
-PLANT, FREE = "the plant alone, for as long", "free, up to the landing"
+SECTIONS = ("drake", "batched", "mujoco", "parallel", "many", "learning")
+ON_ALL_CORES = {"parallel", "many"}
 
 
-def mean_seconds(runs: dict[str, Callable[[int], object]], n: int) -> dict[str, float]:
-    """Return the mean processor time of each run over 0 to `n - 1` [s]: the best of three, taken in turn, since others disturb."""
-    best = {name: np.full(n, np.inf) for name in runs}
-    for _ in range(N_REPEATS):
-        for i in range(n):
-            for name, run in runs.items():
-                start = time.process_time()
-                run(i)
-                best[name][i] = min(best[name][i], time.process_time() - start)
-    return {name: float(seconds.mean()) for name, seconds in best.items()}
-
-
-def plant_stepper(scenario: Scenario) -> Callable[[float], None]:
-    """Return what steps the plant alone up to a time [s]: no controller, log or poll, and the first torque all along."""
-    station = CastStation(scenario, has_scene=False)
-    at_start = station.diagram.CreateDefaultContext()
-    torque: Array = evaluate(station.hold.get_output_port(), station.hold.GetMyContextFromRoot(at_start))
-    state = station.plant.GetPositionsAndVelocities(station.plant.GetMyContextFromRoot(at_start))
-    plant = MultibodyPlant(time_step=0.0)
-    fill_plant(plant, scenario)
-    simulator = Simulator(plant)
-    context = simulator.get_mutable_context()
-    plant.get_actuation_input_port().FixValue(context, torque)
-
-    def step(end: float) -> None:
-        context.SetTime(0.0)
-        plant.SetPositionsAndVelocities(context, state)
-        begin_integration(simulator, EXPLICIT, scenario.simulation.max_step, ACCURACY)
-        simulator.Initialize()
-        simulator.AdvanceTo(end, interruptible=False)
-
-    return step
-
-
-def sampling_seconds(simulate: Callable[[int], object], n: int) -> float:
-    """Return the mean time a cast spends on what is done at samples, most of it the law [s], of each the best of three."""
-    original, spent = SampledLoop._sample, 0.0
-
-    def timed(self: SampledLoop, arm_state: Array) -> None:
-        nonlocal spent
-        start = time.process_time()
-        original(self, arm_state)
-        spent += time.process_time() - start
-
-    SampledLoop._sample = timed
-    best = np.full(n, np.inf)
-    for _ in range(N_REPEATS):
-        for i in range(n):
-            spent = 0.0
-            simulate(i)
-            best[i] = min(best[i], spent)
-    SampledLoop._sample = original
-    return float(best.mean())
-
-
-def main() -> None:
+def parse() -> argparse.Namespace:
+    """Return what is asked for."""
     arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    arguments.add_argument("--casts", type=int, default=60)
+    arguments.add_argument("sections", nargs="*", metavar="SECTION", help=f"default: all of {', '.join(SECTIONS)}")
+    arguments.add_argument("--casts", type=int, default=40)
+    arguments.add_argument("--sizes", type=int, nargs="+", default=[16, 32, 64, 128, 256])
+    arguments.add_argument("--many", type=int, default=100_000)
     arguments.add_argument("--seed", type=int, default=1)
     options = arguments.parse_args()
-    scenario = Scenario()
-    casts = [sample_cast(scenario, options.seed, row) for row in range(options.casts)]
-    simulator = CastSimulator(scenario)
-    outcomes = [simulator.simulate(cast) for cast in casts]
-    cups = [(float(outcome.landing[0]), float(outcome.landing[1])) for outcome in outcomes]
-    flight_time = sum(outcome.end_time for outcome in outcomes) / len(outcomes)
+    unknown = sorted(set(options.sections) - set(SECTIONS))
+    if unknown:
+        arguments.error(f"no section {unknown[0]!r}; there are {', '.join(SECTIONS)}")
+    options.sections = options.sections or SECTIONS
+    return options
 
-    step_plant = plant_stepper(scenario)
-    runs: dict[str, Callable[[int], object]] = {
-        PLANT: lambda i: step_plant(outcomes[i].end_time),
-        FREE: lambda i: simulator.simulate(casts[i]),
+
+def use_one_core() -> None:
+    """Let neither the numerical libraries' threads nor XLA's help. It counts only before they are loaded."""
+    os.environ.update(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1")
+    os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1")
+
+
+def run(section: str, options: argparse.Namespace) -> None:
+    """Print one section."""
+    if section not in ON_ALL_CORES:
+        use_one_core()
+    from learning_growth import print_growth
+    from timing.batched import print_batched
+    from timing.drake_path import print_drake_path
+    from timing.generation import print_large_dataset, print_parallel_efficiency
+    from timing.mujoco_twin import print_mujoco_twin
+
+    from wam_cast.generation.sampling import sample_cast
+    from wam_cast.scenario import Scenario
+
+    casts = [sample_cast(Scenario(), options.seed, row) for row in range(options.casts)]
+    by_section: dict[str, Callable[[], None]] = {
+        "drake": lambda: print_drake_path(casts),
+        "batched": lambda: print_batched(casts[:8], options.sizes),
+        "mujoco": lambda: print_mujoco_twin(casts),
+        "parallel": lambda: print_parallel_efficiency(8 * options.casts, options.seed),
+        "many": lambda: print_large_dataset(options.many, options.seed),
+        "learning": lambda: print_growth((100, 300, 1000, 2000, 10_000, 20_000), 10),
     }
-    for name, restitution in (("nearly inelastic", 0.25), ("lively", 0.6)):
-        with_cup = CastSimulator(Scenario(cup=Cup(restitution=restitution)))
-        runs[f"into a {name} cup, until the ball rests"] = lambda i, one=with_cup: one.simulate(casts[i], cups[i])
-    seconds = mean_seconds(runs, len(casts))
-    out.print(f"{len(casts)} random casts (seed {options.seed}), {flight_time:.2f} s each, one core")
-    rows = []
-    for name, mean in seconds.items():
-        ratios = (f"{mean / seconds[base]:.2f}" for base in (PLANT, FREE))
-        rows.append((name, f"{1e3 * mean:.1f}", f"{1 / mean:.1f}", *ratios))
-    print_table(rows, ["cast", "ms a cast", "casts a second", "of the plant alone", "of a free cast"])
-    share = sampling_seconds(runs[FREE], len(casts)) / seconds[FREE]
-    out.print(f"of a free cast: the law and what else is done at samples {share:.0%}")
+    by_section[section]()
 
 
 if __name__ == "__main__":
-    main()
+    import multiprocessing
+
+    options = parse()
+    for section in options.sections:  # a process each: what one has loaded or compiled is not the next one's
+        process = multiprocessing.get_context("spawn").Process(target=run, args=(section, options))
+        process.start()
+        process.join()
+        if process.exitcode:
+            raise SystemExit(process.exitcode)

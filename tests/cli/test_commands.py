@@ -484,10 +484,10 @@ def test_tables_of_generate_and_fit(cli):
 
 @pytest.mark.usefixtures("no_physics")
 def test_fit_says_that_it_approximates(cli, monkeypatch):
-    from wam_cast.learning import forward_model
+    from wam_cast.learning import kernel_fit
 
-    monkeypatch.setattr(forward_model, "MOST_EXACT_CASTS", 40)
-    monkeypatch.setattr(forward_model, "N_LANDMARKS", 30)
+    monkeypatch.setattr(kernel_fit, "MOST_EXACT_CASTS", 40)
+    monkeypatch.setattr(kernel_fit, "N_LANDMARKS", 30)
     assert cli("generate", "--casts", "60", "--out", "d").code == 0
     result = cli("fit", "d", "--out", "a.model", "--json")
     assert result.err == (

@@ -11,7 +11,7 @@ import pytest
 from wam_cast.cast import PARAMETERS, cast_bounds
 from wam_cast.errors import InputError
 from wam_cast.generation.sampling import sample_casts
-from wam_cast.learning import forward_model
+from wam_cast.learning import kernel_fit
 from wam_cast.learning.dataset import CastDataset
 from wam_cast.learning.forward_model import ForwardModel
 from wam_cast.learning.hyperparameters import tune_by_lbfgs
@@ -48,8 +48,8 @@ def synthetic(n_casts, seed=0):
 def few_are_many():
     """Let 300 training casts be too many."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(forward_model, "MOST_EXACT_CASTS", 300)
-        patch.setattr(forward_model, "N_LANDMARKS", N_LANDMARKS)
+        patch.setattr(kernel_fit, "MOST_EXACT_CASTS", 300)
+        patch.setattr(kernel_fit, "N_LANDMARKS", N_LANDMARKS)
         yield
 
 
@@ -94,7 +94,7 @@ def test_the_landmarks_choose_sigma_and_lambda(data, model):
 
 
 def test_it_predicts_what_the_exact_one_does(data, model, casts, monkeypatch):
-    monkeypatch.setattr(forward_model, "MOST_EXACT_CASTS", 5000)
+    monkeypatch.setattr(kernel_fit, "MOST_EXACT_CASTS", 5000)
     exact = ForwardModel.from_hyperparameters(data, model.info.sigma, model.info.regularization)
     assert exact.info.n_landmarks is None
     np.testing.assert_allclose(model.predict(casts), exact.predict(casts), rtol=0, atol=2e-4)
@@ -160,11 +160,11 @@ def header_changed(file, change):
 
 
 def test_a_file_that_knows_no_landmarks_is_of_an_exact_model(data, casts, tmp_path, monkeypatch):
-    monkeypatch.setattr(forward_model, "MOST_EXACT_CASTS", 5000)
+    monkeypatch.setattr(kernel_fit, "MOST_EXACT_CASTS", 5000)
     exact = ForwardModel.from_hyperparameters(data, 0.5, 1e-4)
     exact.save(tmp_path / "old.model")
     header_changed(tmp_path / "old.model", lambda info: info.pop("n_landmarks"))
-    monkeypatch.setattr(forward_model, "MOST_EXACT_CASTS", 300)  # whatever the limit is now
+    monkeypatch.setattr(kernel_fit, "MOST_EXACT_CASTS", 300)  # whatever the limit is now
     old = ForwardModel.load(tmp_path / "old.model")
     np.testing.assert_array_equal(old.predict(casts), exact.predict(casts))
     assert old.info.n_landmarks is None

@@ -45,6 +45,12 @@ def uncorrected(estimator, scale=1.0, log_ratio=0.0):
     return LandingUncertainty(estimator, ratios, ErrorFit((0.4, 0.5, 0.6), 0.5, scale))
 
 
+def scaled_by(estimator, X, y):
+    """Return the uncertainty that is learned, scaled by casts that are held out."""
+    learned = LandingUncertainty.learn(estimator)
+    return learned.scaled_by((estimator.predict(X)[:, 0] - y) / learned.std(X))
+
+
 @pytest.fixture(scope="module")
 def held_out():
     X = inputs(N_HELD_OUT, seed=2)
@@ -59,7 +65,7 @@ def estimator():
 
 @pytest.fixture(scope="module")
 def learned(estimator, held_out):
-    return LandingUncertainty.learn(estimator, *held_out)
+    return scaled_by(estimator, *held_out)
 
 
 @pytest.fixture
@@ -146,7 +152,7 @@ def test_a_cast_that_is_predicted_perfectly_changes_little(estimator, learned, h
     y[row] -= estimator.leave_one_out_residuals()[row, 0]
     perfect = fitted(X, y)
     assert abs(perfect.leave_one_out_residuals()[row, 0]) < 1e-12
-    uncertainty = LandingUncertainty.learn(perfect, *held_out)
+    uncertainty = scaled_by(perfect, *held_out)
     # Without a least ratio, its logarithm would be -30 or less.
     assert uncertainty.log_ratios[row] > np.median(uncertainty.log_ratios) - 8
     ratio = uncertainty.std(fresh[0]) / learned.std(fresh[0])
@@ -159,7 +165,7 @@ def test_among_few_casts_no_place_passes_for_sure_by_chance():
     for seed in range(8):
         X, X_held_out = inputs(30, seed), inputs(12, seed + 100)
         y, y_held_out = np.split(0.5 + 1e-3 * np.random.default_rng(seed).standard_normal(42), [30])
-        learned = LandingUncertainty.learn(fitted(X, y, regularization=1.0), X_held_out, y_held_out)
+        learned = scaled_by(fitted(X, y, regularization=1.0), X_held_out, y_held_out)
         std = learned.std(np.vstack([X, inputs(500, seed + 200)]))
         lowest.append(std.min() / np.median(std))
     assert np.median(lowest) > 0.6

@@ -8,6 +8,7 @@ that are as dense. Leave-one-out shows these errors, since it predicts each trai
 from __future__ import annotations
 
 import math
+from copy import copy
 from dataclasses import dataclass, replace
 from typing import Annotated
 
@@ -89,8 +90,8 @@ class LandingUncertainty:
         self._correction.fit(estimator.X_fit_, log_ratios)
 
     @classmethod
-    def learn(cls, estimator: KernelRidge, X: Array, landing: Array) -> LandingUncertainty:
-        """Learn from the estimator's own training casts, and scale by held-out casts X (n, 3) that landed at `landing` (n,) [m]."""
+    def learn(cls, estimator: KernelRidge) -> LandingUncertainty:
+        """Learn from the estimator's own training casts. The scale is 1: see `scaled_by`."""
         residuals, inverse_diagonal = estimator.leave_one_out()
         ratios = np.abs(residuals[:, 0]) * np.sqrt(inverse_diagonal)
         # In units of a typical error, so that only errors that are as good as zero come near the least ratio.
@@ -103,12 +104,13 @@ class LandingUncertainty:
             loss, sigma0=CORRECTION_START_SIGMA, regularization0=least, regularization_bounds=(least, most)
         )
         sigma = float(tuned.sigma)
-        uncertainty = cls(
-            estimator, log_ratios, ErrorFit((sigma, sigma, sigma), float(tuned.regularization), scale=1.0)
-        )
-        normalized = (estimator.predict(X)[:, 0] - landing) / uncertainty.std(X)
-        uncertainty.fit = replace(uncertainty.fit, scale=held_out_scale(normalized))
-        return uncertainty
+        return cls(estimator, log_ratios, ErrorFit((sigma, sigma, sigma), float(tuned.regularization), scale=1.0))
+
+    def scaled_by(self, errors: Array) -> LandingUncertainty:
+        """Return it times what makes two of it hold 95 % of held-out casts, given their errors in units of it, shape (n,)."""
+        scaled = copy(self)
+        scaled.fit = replace(self.fit, scale=self.fit.scale * held_out_scale(errors))
+        return scaled
 
     def std(self, X: Array) -> Array:
         """Return the predictive standard deviation [m], shape (n,), at casts of shape (n, 3)."""

@@ -19,8 +19,8 @@ from wam_cast.experiments.paper import baselines
 from wam_cast.experiments.paper.baselines import Bounds
 from wam_cast.experiments.paper.settings import OnProgress
 from wam_cast.experiments.statistics import rmse
-from wam_cast.learning.forward_model import START_SIGMA
 from wam_cast.learning.hyperparameters import tune_by_lbfgs
+from wam_cast.learning.kernel_fit import START_SIGMA
 from wam_cast.learning.kernel_ridge import KernelRidge
 from wam_cast.learning.losses import LeaveOneOutLoss
 from wam_cast.learning.parts import Part, Parts

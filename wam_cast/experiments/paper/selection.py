@@ -14,8 +14,8 @@ from wam_cast.experiments.paper import published as paper
 from wam_cast.experiments.paper.baselines import Bounds
 from wam_cast.experiments.paper.settings import OnProgress
 from wam_cast.experiments.statistics import rmse
-from wam_cast.learning.forward_model import START_SIGMA, tune_model
 from wam_cast.learning.hyperparameters import TuningResult, tune_by_descent, tune_by_lbfgs
+from wam_cast.learning.kernel_fit import START_SIGMA, tune_model
 from wam_cast.learning.kernel_ridge import KernelRidge
 from wam_cast.learning.losses import LeaveOneOutLoss, ValidationLoss
 from wam_cast.learning.parts import Parts

@@ -9,11 +9,14 @@ import signal
 import sys
 from concurrent.futures import Executor, Future
 from contextlib import contextmanager
+from pathlib import Path
 from types import SimpleNamespace
 
 # Before NumPy is loaded, here and in the processes that tests start: the threads of BLAS would wait for each other longer than they
 # work, most of all where pytest uses the other cores too.
 os.environ.update(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1")
+# What one process has compiled the others need not: XLA takes half a minute for the batched engine.
+os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(Path(__file__).parents[1] / ".pytest_cache" / "jax"))
 
 import hypothesis
 import numpy as np

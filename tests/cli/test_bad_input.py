@@ -149,7 +149,7 @@ def test_a_model_of_another_scenario_is_refused(cli, refused):
 @pytest.mark.parametrize("path", ["missing/a.model", ".", "d/manifest.json/a.model"])
 def test_an_unwritable_model_is_refused_before_the_fit(cli, refused, monkeypatch, path):
     assert cli("generate", "--casts", "60", "--out", "d").code == 0
-    monkeypatch.setattr("wam_cast.learning.forward_model.tune_by_lbfgs", None)  # not to be called
+    monkeypatch.setattr("wam_cast.learning.kernel_fit.tune_by_lbfgs", None)  # not to be called
     assert "existing folder" in refused("fit", "d", "--out", path)
 
 

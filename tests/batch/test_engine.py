@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 from pydrake.systems.analysis import ResetIntegratorFromFlags
 
+from wam_cast.batch import engine
 from wam_cast.batch.engine import simulate_batch
 from wam_cast.cast import Cast
 from wam_cast.generation.sampling import sample_cast
@@ -112,6 +113,20 @@ def test_truth_and_belief_are_two(fixed_steps):
     (found,) = simulate_batch(truth, [row], belief=Scenario()).to_dict("records")
     for name in QUANTITIES:
         assert found[name] == pytest.approx(expected[name], abs=1e-8)
+
+
+def test_a_cast_that_diverges_is_simulated_in_finer_steps_and_says_so_if_they_do_not_help(monkeypatch):
+    scenario = Scenario.from_dict({"string": {"bending_damping": 1e-5}})
+    rows = [row[:3] for row in drawn(scenario, 6)]
+    found = simulate_batch(scenario, rows)
+    assert list(found.status) == ["landed"] * 6
+    monkeypatch.setattr(engine, "STABLE_STEP", 1e3)  # for which a control period is one step
+    again = simulate_batch(scenario, rows)
+    np.testing.assert_allclose(again[QUANTITIES].to_numpy(), found[QUANTITIES].to_numpy(), rtol=0, atol=1e-6)
+    monkeypatch.setattr(engine, "FINER", 1)
+    never = simulate_batch(scenario, rows)
+    assert list(never.status) == ["diverged"] * 6
+    assert never[["landing_along", "landing_across", "entry_speed", "entry_angle"]].isna().all(axis=None)
 
 
 @pytest.mark.parametrize("robot", [{}, TYPICAL])

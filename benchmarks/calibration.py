@@ -1,6 +1,7 @@
 """Whether the model's predictive standard deviation is right: casts that it has never seen, and plans that are executed with noise.
 
-    python benchmarks/calibration.py [--casts 1000] [--cups 100] [--seed 1] [--workers N] [--picture FILE]
+    python benchmarks/calibration.py [--casts 1000] [--cups 100] [--seed 1] [--workers N] [--engine drake]
+                                      [--picture FILE]
 
 The casts are of another seed than those that the model was fitted to, chosen and scaled by. Prints the expected calibration
 error (the mean difference between the share of casts that central intervals hold and the share that they should hold), and the
@@ -46,6 +47,7 @@ def main() -> None:
     arguments.add_argument("--cups", type=int, default=100)
     arguments.add_argument("--seed", type=int, default=1)
     arguments.add_argument("--workers", type=int, help="default: one for each processor")
+    arguments.add_argument("--engine", default="drake", help="that simulates the casts: drake or batch")
     arguments.add_argument("--picture", type=Path, metavar="FILE", help="write the reliability diagram there")
     options = arguments.parse_args()
     if options.picture is not None:
@@ -57,6 +59,7 @@ def main() -> None:
             model.scenario,
             options.casts,
             options.seed,
+            engine=options.engine,
             executor=workers,
             on_progress=lambda done, _: bar.update(task, completed=done),
         )

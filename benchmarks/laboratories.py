@@ -1,6 +1,7 @@
 """Whether the scenarios that laboratories have work, or are refused beforehand with the reason: the documentation's table.
 
-    python benchmarks/laboratories.py [--only NAME] [--casts 250] [--cups 20] [--seed 0] [--workers N] [--out FILE.jsonl]
+    python benchmarks/laboratories.py [--only NAME] [--casts 250] [--cups 20] [--seed 0] [--workers N] [--engine drake]
+                                       [--out FILE.jsonl]
 
 Each scenario of `laboratory_scenarios.py` is tried as a new user would: what can be seen of it beforehand, random casts, a model,
 random cups over the model's reach on the line y = 0, a plan for each, and each plan executed once. The table is Markdown, on
@@ -58,6 +59,7 @@ def main() -> None:
     arguments.add_argument("--cups", type=int, default=20)
     arguments.add_argument("--seed", type=int, default=0)
     arguments.add_argument("--workers", type=int, help="default: one for each processor")
+    arguments.add_argument("--engine", default="drake", help="that simulates the training casts: drake or batch")
     arguments.add_argument(
         "--out", type=Path, help="keeps each scenario's result, and those that are there already count"
     )
@@ -68,7 +70,7 @@ def main() -> None:
         arguments.error(
             f"--only {', '.join(sorted(unknown))}: choose from {', '.join(one.name for one in LABORATORIES)}"
         )
-    settings = {"casts": options.casts, "cups": options.cups, "seed": options.seed}
+    settings = {"casts": options.casts, "cups": options.cups, "seed": options.seed, "engine": options.engine}
     known = _read(options.out)
     results = []
     with Workers(options.workers) as workers, Progress(console=Console(stderr=True), transient=True) as bar:
@@ -93,7 +95,7 @@ def check(robot: Scenario, belief: Scenario) -> None:
         raise InputError(verdict.reason)
 
 
-def tried(laboratory: Laboratory, *, casts: int, cups: int, seed: int, workers: Workers) -> Result:
+def tried(laboratory: Laboratory, *, casts: int, cups: int, seed: int, engine: str, workers: Workers) -> Result:
     """Return what became of a laboratory's scenario: its `verdict`, and `reason` or numbers."""
     start = time.monotonic()
     try:
@@ -102,7 +104,7 @@ def tried(laboratory: Laboratory, *, casts: int, cups: int, seed: int, workers: 
     except InputError as error:
         return {"verdict": "refused", "reason": str(error)}
     try:
-        data = generate_dataset(belief, casts, seed, executor=workers)
+        data = generate_dataset(belief, casts, seed, engine=engine, executor=workers)
     except InputError as error:
         return {"verdict": "refused late", "reason": str(error)}
     statuses = {str(name): int(n) for name, n in data.frame["status"].value_counts().items()}

@@ -1,7 +1,7 @@
 """How many links a string needs: how far landings are from those with the most links, and what a cast costs.
 
-Landings are those of the batched engine in steps of an eighth of a control period or less; their error is far below the differences.
-Costs are those of an ordinary simulation by Drake, measured in processor time.
+Landings are those of the batched engine in steps of an eighth of a control period or less, whose error is far smaller than the
+differences. Costs are those of an ordinary simulation by Drake, measured in processor time.
 
     python benchmarks/links.py [--links 5 7 10 14 20 40] [--casts 50] [--timed 3] [--seed 2]
 """

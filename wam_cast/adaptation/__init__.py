@@ -1,0 +1,1 @@
+"""Robots that nobody told the planner about: drawn at random, they only answer casts, and models learn from a few answers."""

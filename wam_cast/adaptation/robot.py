@@ -1,0 +1,107 @@
+"""A robot that only answers casts: where the ball landed, whether the cup caught it, which limits the arm met."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol, Self, runtime_checkable
+
+import numpy as np
+
+from wam_cast.adaptation.robot_distribution import RobotDistribution
+from wam_cast.cast import Cast
+from wam_cast.errors import InputError
+from wam_cast.scenario import Scenario
+from wam_cast.simulation.simulator import simulate_cast
+from wam_cast.types import Array, Position, checks_types
+
+LANDING_STD = 0.002
+"""Standard deviation of an observed landing in x and in y, by default [m]. Estimate: a camera above the cup, or a mark in sand.
+Four cameras track a flying ball to 7 mm."""
+
+
+@dataclass(frozen=True, eq=False)
+class Observation:
+    """What is seen of one cast.
+
+    Attributes
+    ----------
+    cast
+        That was made.
+    landing
+        Where the ball came down through the rim plane, world (x, y) [m], shape (2,), as it was measured; nan if it never did.
+    landing_std
+        Standard deviation of the measurement, of each of the two [m].
+    is_caught
+        Whether the ball lies in the cup; None if there was no cup.
+    status
+        What became of the ball, in a word: a `.Status`.
+    limits_hit
+        Which limits the arm met, such as `("joint 4 speed",)`.
+    """
+
+    cast: Cast
+    landing: Array
+    landing_std: float
+    is_caught: bool | None
+    status: str
+    limits_hit: tuple[str, ...]
+
+
+@runtime_checkable
+class Robot(Protocol):
+    """What casts: a real arm behind its own software, or a simulated one. It never says what it is made of."""
+
+    def cast(self, cast: Cast, cup: Position | None = None) -> Observation:
+        """Make a cast, with a cup at world (x, y) [m] or without one, and return what was seen of it."""
+
+
+class SimulatedRobot:
+    """A robot in simulation, whose scenario stays behind it.
+
+    Each cast has noise of its own: that of the scenario, and that of the measurement. A robot with the same seed answers the same
+    casts, in the same order, the same.
+
+    Parameters
+    ----------
+    truth
+        The scenario that is simulated.
+    belief
+        What the robot's controller knows, and whoever plans; by default the truth.
+    seed
+        Of the noise.
+    landing_std
+        Of a measured landing, in x and in y [m].
+    n_before
+        Casts that it made before, so that the noise of the next one is that of the number after.
+    """
+
+    @checks_types
+    def __init__(
+        self,
+        truth: Scenario,
+        belief: Scenario | None = None,
+        *,
+        seed: int = 0,
+        landing_std: float = LANDING_STD,
+        n_before: int = 0,
+    ) -> None:
+        if not 0 <= landing_std < 1:
+            raise InputError(f"landing_std = {landing_std:g} m must be at least 0 and less than 1")
+        self._truth, self.belief = truth, belief or truth
+        self._seed, self._landing_std, self.n_casts = seed, landing_std, n_before
+
+    @classmethod
+    @checks_types
+    def draw(cls, robots: RobotDistribution, seed: int, *, landing_std: float = LANDING_STD) -> Self:
+        """Return the robot of a seed, an integer from 0 on, whose controller believes what all are taken for."""
+        return cls(robots.draw(seed), robots.believed, seed=seed, landing_std=landing_std)
+
+    def cast(self, cast: Cast, cup: Position | None = None) -> Observation:
+        """Simulate a cast, by Drake, and return what was seen. Raises `.InputError` if the arm cannot turn to it."""
+        number = [self._seed, self.n_casts, 20261128]
+        noise_seed = int(np.random.SeedSequence(number).generate_state(1)[0])
+        outcome = simulate_cast(self._truth, cast, cup, belief=self.belief, noise_seed=noise_seed)
+        self.n_casts += 1
+        measured = outcome.landing + self._landing_std * np.random.default_rng(number).standard_normal(2)
+        is_caught = None if cup is None else outcome.is_caught
+        return Observation(cast, measured, self._landing_std, is_caught, str(outcome.status), outcome.limits_hit)

@@ -32,6 +32,17 @@ BELOW = {
     "planning": ("base", "parallel"),
     "learning": ("base", "parallel", "storage", "generation", "planning"),
     "crosscheck": ("base", "motion", "robot", "simulation", "generation", "batch"),
+    "adaptation": (
+        "base",
+        "parallel",
+        "storage",
+        "motion",
+        "simulation",
+        "generation",
+        "batch",
+        "planning",
+        "learning",
+    ),
     "visualization": ("base", "storage", "motion", "robot", "simulation", "planning", "learning"),
     "experiments": (
         *("base", "parallel", "storage", "motion", "robot", "simulation", "generation"),

@@ -1,0 +1,64 @@
+"""A robot that only answers casts."""
+
+import numpy as np
+import pytest
+
+import wam_cast as wc
+from wam_cast.adaptation.robot import Robot, SimulatedRobot
+from wam_cast.adaptation.robot_distribution import RobotDistribution
+from wam_cast.cast import Cast
+from wam_cast.errors import InputError
+from wam_cast.scenario import Noise, Scenario
+
+CAST = Cast(0.30, 0.60, 0.10)
+NOISY = Scenario(noise=Noise.typical())
+
+
+def test_without_noise_and_error_it_answers_as_its_scenario():
+    truth = Scenario.from_dict({"string": {"length": 0.61}})
+    seen = SimulatedRobot(truth, Scenario(), landing_std=0.0).cast(CAST)
+    outcome = wc.simulate_cast(truth, CAST, belief=Scenario())
+    np.testing.assert_array_equal(seen.landing, outcome.landing)
+    assert (seen.status, seen.limits_hit, seen.is_caught) == (str(outcome.status), outcome.limits_hit, None)
+
+
+def test_each_cast_has_noise_of_its_own_that_the_number_of_the_cast_draws():
+    robot = SimulatedRobot(NOISY, seed=3)
+    answers = [robot.cast(CAST).landing for _ in range(3)]
+    assert len({tuple(one) for one in answers}) == 3
+    again = SimulatedRobot(NOISY, seed=3, n_before=2)
+    np.testing.assert_array_equal(again.cast(CAST).landing, answers[2])
+    assert again.n_casts == 3
+    assert not np.array_equal(SimulatedRobot(NOISY, seed=4).cast(CAST).landing, answers[0])
+
+
+def test_a_landing_is_measured_with_the_error_that_is_told(monkeypatch):
+    exact = wc.simulate_cast(Scenario(), CAST)
+    monkeypatch.setattr("wam_cast.adaptation.robot.simulate_cast", lambda *args, **options: exact)
+    robot = SimulatedRobot(Scenario(), landing_std=0.004)
+    seen = [robot.cast(CAST) for _ in range(2000)]
+    errors = np.array([one.landing - exact.landing for one in seen])
+    np.testing.assert_allclose(errors.std(axis=0), seen[0].landing_std, rtol=0.05)
+    np.testing.assert_allclose(errors.mean(axis=0), 0, atol=0.0004)
+
+
+def test_a_drawn_robot_is_not_what_is_believed_and_does_not_tell_what_it_is():
+    robots = RobotDistribution(NOISY)
+    robot = SimulatedRobot.draw(robots, seed=5)
+    assert isinstance(robot, Robot)
+    assert robot.belief == robots.believed
+    public = [value for name, value in vars(robot).items() if not name.startswith("_")]
+    assert robots.draw(5) not in public
+
+
+def test_a_cup_at_the_landing_catches():
+    robot = SimulatedRobot(Scenario(), landing_std=0.0)
+    x, y = robot.cast(CAST).landing
+    assert robot.cast(CAST, (float(x), float(y))).is_caught is True
+    assert robot.cast(CAST, (float(x) + 0.3, float(y))).is_caught is False
+
+
+@pytest.mark.parametrize("std", [-0.001, 1.0, float("nan")])
+def test_an_impossible_error_is_refused(std):
+    with pytest.raises(InputError, match="landing_std"):
+        SimulatedRobot(Scenario(), landing_std=std)

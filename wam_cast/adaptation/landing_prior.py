@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from wam_cast.adaptation.landing_ensemble import LandingEnsemble

@@ -100,10 +100,10 @@ def main() -> None:
     for number in itertools.count():
         if len(rows) == options.scenarios:
             break
-        scenario = draw_scenario(options.seed, number)
         try:
+            scenario = draw_scenario(options.seed, number)
             CastSimulator(scenario)
-        except InputError as error:  # its gains are unstable at its control period, or it would take too long
+        except InputError as error:  # unstable gains, or a string too short for a ball to rest in a cup
             refused += 1
             err.print(str(error))
             continue

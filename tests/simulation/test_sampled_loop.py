@@ -192,6 +192,18 @@ class WithState(CastController):
         self.DeclareDiscreteState(1)
 
 
+class WithEvent(CastController):
+    """Does something ten times a second."""
+
+    def __init__(self, scenario):
+        super().__init__(scenario)
+        self.n_events = 0
+        self.DeclarePeriodicPublishEvent(0.1, 0.0, self._count)
+
+    def _count(self, context):
+        self.n_events += 1
+
+
 class OtherStart(CastController):
     """Is told of no places."""
 
@@ -205,9 +217,17 @@ class OtherStart(CastController):
         (CastController, SampledLoop),
         (OtherStart, SampledLoop),
         (WithState, StationLoop),
+        (WithEvent, StationLoop),
         (in_diagram(Law), StationLoop),
     ],
 )
 def test_the_diagram_is_kept_where_torque_is_not_the_whole(make, loop):
     station = CastStation(Scenario(), has_scene=False, controller=make(Scenario()))
     assert type(make_loop(station, "runge_kutta3", 0.002, 0.01)) is loop
+
+
+def test_events_of_a_controller_of_ones_own_happen():
+    made = []
+    simulator = CastSimulator(Scenario(), make_controller=lambda known: made.append(WithEvent(known)) or made[-1])
+    end = simulator.simulate(Cast(0.3, 0.6, 0.1)).end_time
+    assert max(one.n_events for one in made) >= int(end / 0.1)

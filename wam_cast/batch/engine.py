@@ -31,11 +31,11 @@ from wam_cast.scenario import Scenario
 from wam_cast.storage.casts_part import SCHEMA, STATUSES
 from wam_cast.types import Array, checks_types
 
-CHUNKS = {"cpu": 64}
-"""Casts that are simulated at once, by JAX's platform: as many as keep their numbers in a processor's cache."""
+CPU_CHUNK = 64
+"""Casts that a processor simulates at once: as many as keep their numbers in its cache."""
 
 GPU_CHUNK = 8192
-"""On any other: about a gigabyte."""
+"""Casts that any other device simulates at once, at most: about a gigabyte."""
 
 FEW = 8
 """So many casts or fewer are simulated at once in place of a chunk."""
@@ -278,7 +278,13 @@ def chunk_size(n_casts: int) -> int:
     """Return how many casts are simulated at once where there are so many in all: what is smaller is filled up."""
     if n_casts <= FEW:
         return FEW
-    return CHUNKS.get(jax.default_backend()) or min(GPU_CHUNK, 1 << (n_casts - 1).bit_length())
+    on_device = device_chunk()
+    return min(on_device, 1 << (n_casts - 1).bit_length()) if on_device else CPU_CHUNK
+
+
+def device_chunk() -> int | None:
+    """Return how many casts at most JAX's device simulates at once if it is no processor; else None."""
+    return None if jax.default_backend() == "cpu" else GPU_CHUNK
 
 
 def _simulated(batch: Batch) -> Told:

@@ -28,6 +28,13 @@ def test_another_seed_in_the_same_folder_is_refused(cli, run_of_seed_3):
     assert result.err.count("\n") == 1
 
 
+def test_another_engine_in_the_same_folder_is_refused(cli, run_of_seed_3):
+    pytest.importorskip("jax")
+    result = cli("reproduce", "--out", run_of_seed_3, "--quick", "--seed", "3", "--engine", "batch")
+    assert result.code == 2
+    assert "another engine ('drake', not 'batch')" in result.err
+
+
 def test_a_full_run_does_not_go_on_with_a_quick_one(cli, run_of_seed_3):
     result = cli("reproduce", "--out", run_of_seed_3, "--seed", "3")
     assert result.code == 2

@@ -30,6 +30,10 @@ def _noting_events(declare: Callable[..., Any]) -> Callable[..., Any]:
     """Return what declares an event, and notes that there is one."""
 
     def noted(self: PythonSystem, *args: Any, **kwargs: Any) -> Any:
+        """Declare an event as Drake does.
+
+        :meta private:
+        """
         self.has_events = True
         return declare(self, *args, **kwargs)
 

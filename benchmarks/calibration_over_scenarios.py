@@ -2,9 +2,10 @@
 
     python benchmarks/calibration_over_scenarios.py [--scenarios 24] [--casts 250] [--fresh 150] [--seed 1]
 
-String, ball and gains are drawn over the documented range, the heights and the drop are made to fit. Prints a line a scenario: the
-model's errors, the share of fresh casts within two standard deviations, of all and of the third of which the model is most sure
-(among these a planner chooses), and quantiles of the error by the standard deviation. A scenario without a model is a line, too.
+String (of 12 links at most: more take long), ball and gains are drawn over the documented range, the heights and the drop are made
+to fit. Prints a line a scenario: the model's errors, the share of fresh casts within two standard deviations, of all and of the
+third of which the model is most sure (among these a planner chooses), and quantiles of the error by the standard deviation. A
+scenario without a model is a line, too.
 One core needs about a minute for each scenario.
 """
 

@@ -4,6 +4,7 @@ import ast
 import subprocess
 import sys
 from collections import Counter
+from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -75,6 +76,7 @@ def folder_of(name):
     return parts[1] if len(parts) > 1 and parts[1] in BELOW else "base"
 
 
+@cache
 def imports_of(name, *, typing_too=False):
     """Return all that a module imports, in functions too, as dotted names; without what only a type checker reads."""
     tree = ast.parse(MODULES[name].read_text(encoding="utf-8"))
@@ -94,7 +96,7 @@ def imports_of(name, *, typing_too=False):
             assert node.level == 0, f"{name} imports relatively; the package's imports are absolute"
             targets = {f"{node.module}.{alias.name}" for alias in node.names}
             found |= {target if target in MODULES else node.module for target in targets}
-    return found
+    return frozenset(found)
 
 
 def own_imports_of(name, **options):

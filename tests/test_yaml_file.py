@@ -11,6 +11,8 @@ from wam_cast.scenario import Scenario
     [
         "ball: {mass: 2026-13-01}",
         "ball: {mass: 0x_}",
+        "ball: {mass: !!timestamp }",
+        "ball: {mass: !!float ''}",
         "ball: {mass: !!bool maybe}",
         f"ball: {{mass: {'9' * 5000}}}",
         "[" * 5000,
@@ -20,6 +22,8 @@ from wam_cast.scenario import Scenario
     ids=[
         "a day of month 13",
         "no digits",
+        "no time",
+        "no number",
         "no truth value",
         "5,000 digits",
         "nested",

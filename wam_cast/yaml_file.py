@@ -7,7 +7,7 @@ from typing import Any
 
 import yaml
 
-from wam_cast.errors import InputError
+from wam_cast.errors import InputError, quoted
 from wam_cast.text_file import read_text
 
 
@@ -26,8 +26,7 @@ def read_yaml(path: str | Path) -> Any:
         raise InputError(f"{error.strerror}; name a readable YAML file") from None
     except RecursionError:
         raise InputError("not a YAML file of any use (its values are nested too deeply)") from None
-    # ValueError and LookupError: of values that look like dates or numbers, or of their tags.
-    except (yaml.YAMLError, ValueError, LookupError) as error:
+    except (yaml.YAMLError, UnicodeError) as error:
         what, *_ = str(error).splitlines() or [type(error).__name__]
         what = what[:200]
         if isinstance(error, yaml.MarkedYAMLError) and error.problem_mark is not None:
@@ -37,6 +36,15 @@ def read_yaml(path: str | Path) -> Any:
 
 
 class _UniqueKeyLoader(yaml.SafeLoader):
+    def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
+        try:
+            return super().construct_object(node, deep)
+        # Of values that look like dates or numbers, or whose tag says so, from within the library.
+        except (ValueError, LookupError, AttributeError):
+            kind = node.tag.rpartition(":")[2]
+            problem = f"{quoted(node.value)} is no {kind}"
+            raise yaml.constructor.ConstructorError(None, None, problem, node.start_mark) from None
+
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         keys = [key.value for key, _ in node.value]
         for key in keys:

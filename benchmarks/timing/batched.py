@@ -41,7 +41,7 @@ def print_batched(casts: Sequence[Cast], sizes: Sequence[int]) -> None:
         for size in sizes:
             many = np.resize(few, (N_BATCHES * size, 3))
             simulate = partial(engine.simulate_batch, scenario, many, precision=precision)
-            with patch.dict(engine.CHUNKS, {device.platform: size}):
+            with patch.multiple(engine, CPU_CHUNK=size, GPU_CHUNK=size):
                 first = _seconds(simulate, clock)
                 pairs = np.array([(by_drake(), _seconds(simulate, clock) / len(many)) for _ in range(N_ROUNDS)])
             drake, batched = pairs.T

@@ -12,6 +12,7 @@ from wam_cast.cast import Cast
 from wam_cast.cli.terminal import out, print_table
 from wam_cast.crosscheck.flight_numbers import flight_numbers
 from wam_cast.crosscheck.mujoco_flight import MujocoSimulator
+from wam_cast.robot.plant import N_ARM
 from wam_cast.scenario import Scenario, Simulation
 from wam_cast.simulation.simulator import CastSimulator
 from wam_cast.types import Array
@@ -28,8 +29,9 @@ def print_mujoco_twin(casts: Sequence[Cast]) -> None:
     flights = [twin.fly(cast) for cast in casts]
 
     def steps_alone(i: int) -> None:
-        twin.begin(casts[i], 0)
-        twin.robot.mujoco.mj_step(twin.robot.model, twin.robot.data, twin.n_steps * (len(flights[i].samples.times) - 1))
+        control, data = twin.begin(casts[i], 0), twin.robot.data
+        data.ctrl[:N_ARM] = control.torque(0, data.qpos[:N_ARM].copy(), data.qvel[:N_ARM].copy())  # all along
+        twin.robot.mujoco.mj_step(twin.robot.model, data, twin.n_steps * (len(flights[i].samples.times) - 1))
 
     def landing(simulator: MujocoSimulator, cast: Cast) -> float:
         return float(flight_numbers(simulator.fly(cast), simulator.scenario, simulator.limits)["landing_along"])

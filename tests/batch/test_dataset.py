@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from wam_cast.batch import engine
 from wam_cast.errors import InputError
 from wam_cast.generation import engines
 from wam_cast.generation.engines import checked_engine, rows_in_blocks
@@ -34,15 +35,27 @@ def test_an_unstable_loop_is_refused_by_both():
         checked_engine("batch", unstable, has_own_controller=False)
 
 
-def test_blocks_hold_the_wanted_rows_in_order(monkeypatch):
-    def simulate_block(_scenario, _seed, n_casts, block):
-        return [{"cast": row} for row in range(10 * block, min(10 * block + 10, n_casts))]
+@pytest.mark.parametrize("backend", ["cpu", "gpu"])
+def test_blocks_hold_the_wanted_rows_in_order(monkeypatch, backend):
+    sizes, in_processes = set(), []
 
+    def simulate_block(_scenario, _seed, n_casts, size, block):
+        sizes.add(size)
+        return [{"cast": row} for row in range(size * block, min(size * block + size, n_casts))]
+
+    def run_rows(function, blocks, *_):
+        in_processes.extend(blocks)
+        return (function(block) for block in blocks)
+
+    monkeypatch.setattr("jax.default_backend", lambda: backend)
+    monkeypatch.setattr(engine, "GPU_CHUNK", 16)
     monkeypatch.setattr(engines, "BLOCK", 10)
     monkeypatch.setattr(engines, "simulate_block", simulate_block)
-    monkeypatch.setattr(engines, "run_rows", lambda function, blocks, *_: (function(block) for block in blocks))
+    monkeypatch.setattr(engines, "run_rows", run_rows)
     todo = [3, 5, 17, 38]
     assert [row["cast"] for row in rows_in_blocks(SCENARIO, 0, todo)] == todo
+    # Processes would fight for the device.
+    assert (sizes, in_processes) == (({10}, [0, 1, 3]) if backend == "cpu" else ({16}, []))
     assert list(rows_in_blocks(SCENARIO, 0, [])) == []
 
 

@@ -32,7 +32,7 @@ def found(monkeypatch):
 
         def compare(scenario, n_casts, seed, on_progress):
             on_progress(DRAKE, n_casts, n_casts)
-            return EngineComparison(scenario, seed, frames)
+            return EngineComparison(scenario, seed, frames, "it is not installed")
 
         monkeypatch.setattr(engine_comparison, "compare_engines", compare)
         monkeypatch.setattr(verdict_comparison, "compare_verdicts", lambda *_, **__: VERDICTS)
@@ -44,9 +44,9 @@ def test_a_table_tells_how_far_engines_are_apart(cli, found):
     found(0.0)
     result = cli("crosscheck", "--casts", "2", "--cups")
     assert result.code == 0
-    assert "the converged landings of 2 casts agree" in result.out
+    assert "the landings of 2 casts agree between Drake and MuJoCo\n" in result.out
     assert "cast 0, 25 mm off: caught in Drake, caught in MuJoCo, rim_bounce by its own contact" in result.out
-    assert "the batched engine is not installed here: it is left out\n" in result.err
+    assert "the batched engine is left out: it is not installed\n" in result.err
 
 
 def test_the_answer_is_no_where_landings_differ(cli, found):

@@ -153,7 +153,7 @@ def test_show_serves_a_page_until_it_is_interrupted(start):
 
 @pytest.mark.slow
 def test_an_interrupted_generation_goes_on_to_the_same_dataset(start, process, folder):
-    words = ("generate", "--casts", "130", "--seed", "5", "--workers", "2")
+    words = ("generate", "--casts", "80", "--seed", "5", "--workers", "2")
     running = start(*words, "--out", "a b")
     casts = folder / "a b" / "casts"
     wait_for(lambda: (casts / "part-00000.parquet").exists(), running)
@@ -161,10 +161,10 @@ def test_an_interrupted_generation_goes_on_to_the_same_dataset(start, process, f
     assert (running.returncode, out) == (130, "")
     kept = {path.name: path.read_bytes() for path in casts.iterdir()}
     assert "part-00000.parquet" in kept
-    assert len(kept) < 3
+    assert len(kept) < 2
     first, *_ = err.splitlines()
     number, total = re.match(r"(\d+) of (\d+) casts were simulated", first).groups()
-    assert 50 <= int(number) < int(total) == 130
+    assert 50 <= int(number) < int(total) == 80
     command = first.split("Go on with: wam-cast ")[1]
     assert process(*shlex.split(command)).code == 0
     for name, content in kept.items():

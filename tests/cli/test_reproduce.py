@@ -7,6 +7,8 @@ import time
 import pytest
 
 import wam_cast as wc
+from wam_cast.experiments.paper import reproduce as experiment
+from wam_cast.experiments.paper.report_figures import CAPTIONS
 from wam_cast.experiments.paper.settings import Settings
 from wam_cast.storage.run_directory import RunDirectory
 
@@ -24,6 +26,13 @@ def test_another_seed_in_the_same_folder_is_refused(cli, run_of_seed_3):
     assert result.code == 2
     assert "another seed (3, not 4)" in result.err
     assert result.err.count("\n") == 1
+
+
+def test_another_engine_in_the_same_folder_is_refused(cli, run_of_seed_3):
+    pytest.importorskip("jax")
+    result = cli("reproduce", "--out", run_of_seed_3, "--quick", "--seed", "3", "--engine", "batch")
+    assert result.code == 2
+    assert "another engine ('drake', not 'batch')" in result.err
 
 
 def test_a_full_run_does_not_go_on_with_a_quick_one(cli, run_of_seed_3):
@@ -57,7 +66,7 @@ def test_a_folder_with_something_else_is_left_alone(cli, folder):
 
 
 @pytest.mark.slow
-def test_a_run_is_interrupted_goes_on_and_shows_what_it_found(start, process, folder):
+def test_a_run_is_interrupted_goes_on_and_shows_what_it_found(start, process, cli, folder, monkeypatch):
     began = start("reproduce", "--quick", "--out", "run", "--workers", "2")
     for _ in range(3000):  # on a busy machine
         if list(folder.glob("run/phases/casts.json")) or began.poll() is not None:
@@ -83,7 +92,10 @@ def test_a_run_is_interrupted_goes_on_and_shows_what_it_found(start, process, fo
     assert stored["hit_rate"] > 0.7
     assert (folder / "run" / "report.html").stat().st_size > 500_000
 
-    again = process("reproduce", "--quick", "--out", "run")
+    # The figures were drawn a moment ago.
+    monkeypatch.setattr(experiment, "write_report", lambda *_: None)
+    monkeypatch.setattr(experiment, "draw_figures", lambda *_: iter(CAPTIONS))
+    again = cli("reproduce", "--quick", "--out", "run")
     assert again.code == 0
     assert again.err == "figures\n"
     assert "hit rate" in again.out

@@ -50,6 +50,7 @@ def comparison(converged, **others):
 )
 def test_converged_landings_decide(off, statuses, agrees):
     assert comparison(frame(off, statuses)).agrees == agrees
+    assert comparison(frame(), **{BATCH: frame(off, statuses)}).agrees == agrees
 
 
 def test_casts_that_none_lands_are_no_agreement():
@@ -83,9 +84,25 @@ def test_a_record_has_every_engine_and_cast():
 
 def test_the_batched_engine_is_optional(monkeypatch):
     monkeypatch.setitem(sys.modules, "wam_cast.batch.engine", None)
-    assert batched_engine() is None
-    monkeypatch.setitem(sys.modules, "wam_cast.batch.engine", SimpleNamespace(simulate_batch=len))
-    assert batched_engine() is len
+    with pytest.raises(InputError):
+        batched_engine(Scenario())
+    monkeypatch.setitem(sys.modules, "wam_cast.batch.engine", SimpleNamespace(n_steps=len, simulate_batch=sum))
+    with pytest.raises(TypeError):  # whether it can is asked beforehand
+        batched_engine(Scenario())
+    monkeypatch.setitem(sys.modules, "wam_cast.batch.engine", SimpleNamespace(n_steps=str, simulate_batch=sum))
+    assert batched_engine(Scenario()) is sum
+
+
+def test_what_the_batched_engine_refuses_the_others_simulate_all_the_same(monkeypatch):
+    pytest.importorskip("mujoco")
+    columns = frame().iloc[0].drop("ball_path").to_dict() | {"crossing_time": 0.01}
+    for name in ("_drake", "_mujoco"):
+        monkeypatch.setattr(engine_comparison, name, lambda _: lambda *_: (columns, np.zeros((9, 3))))
+    stiff = Scenario.from_dict({"string": {"n_links": 40}, "simulation": {"max_step": 1e-6}})
+    compared = compare_engines(stiff, 2)
+    assert BATCH not in compared.frames
+    assert "simulation.max_step = 1e-06 s" in compared.left_out
+    assert compared.record()["left_out"] == compared.left_out
 
 
 @pytest.mark.parametrize(("n_casts", "seed"), [(0, 0), (1.5, 0), (1, -1)])
@@ -118,7 +135,7 @@ def test_every_engine_gets_the_same_casts_and_noise(monkeypatch):
 
     monkeypatch.setattr(engine_comparison, "_drake", lambda _: engine("drake"))
     monkeypatch.setattr(engine_comparison, "_mujoco", lambda _: engine("mujoco"))
-    monkeypatch.setattr(engine_comparison, "batched_engine", lambda: batch)
+    monkeypatch.setattr(engine_comparison, "batched_engine", lambda _: batch)
     told = []
     compared = compare_engines(Scenario(), 2, seed=5, on_progress=lambda *words: told.append(words))
     assert asked["drake"] == asked["mujoco"]

@@ -37,6 +37,12 @@ CHEAPER = {
         "wam-cast generate --scenario longer.yaml --casts 34 --out longer.casts"
     ),
     "wam-cast generate --engine batch --casts 100000 --out many": "wam-cast generate --engine batch --casts 8 --out many",
+    # README has a film of its own made.
+    "wam-cast throw --cup 0.60,-0.25 --replay cast.html --picture cast.png --animation cast.gif": (
+        "wam-cast throw --cup 0.60,-0.25 --replay cast.html --picture cast.png"
+    ),
+    "wam-cast generate --engine batch --casts 20000 --out many": "wam-cast generate --engine batch --casts 8 --out many",
+    "wam-cast crosscheck": "wam-cast crosscheck --casts 1",
     "wam-cast map --out floor.png": "wam-cast map --out floor.png --radii 2 --bearings 2 --workers 1",
 }
 """Lines that take long or never end, and what runs instead."""

@@ -178,7 +178,7 @@ class FakeSimulator:
     """Answers with what is in `outcomes`, in turn and over again."""
 
     outcomes = (outcome(landing=0.5), outcome(landing=0.7))
-    integration = SimpleNamespace(expected_step=0.002)
+    integration = SimpleNamespace(expected_step=0.002, expected_seconds=0.1)
 
     def __init__(self, scenario):
         self.scenario, self.n_simulated = scenario, 0
@@ -199,6 +199,13 @@ def test_a_preview_ends_early_only_where_the_answer_is_yes(fake):
     assert len(preview_scenario(wc.Scenario(), ends_early=True).casts) == 8
     fake(outcome(is_slack=False))
     assert len(preview_scenario(wc.Scenario(), ends_early=True).casts) == 30
+
+
+def test_where_a_cast_takes_seconds_there_are_fewer(fake, monkeypatch):
+    for seconds, n_casts in ((0.1, 30), (3.0, 20), (29.0, 8)):
+        monkeypatch.setattr(FakeSimulator, "integration", SimpleNamespace(expected_step=1e-4, expected_seconds=seconds))
+        assert len(preview_scenario(wc.Scenario()).casts) == n_casts
+    assert len(preview_scenario(wc.Scenario(), 30).casts) == 30  # as asked for
 
 
 def test_a_preview_is_json(fake):

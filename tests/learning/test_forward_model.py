@@ -29,6 +29,7 @@ from wam_cast.scenario import Ball, Cup, Noise, Scenario
 
 SCENARIO = Scenario()
 N_CASTS = 340  # split into 260, 60 and 20
+N_FEW = 102  # split into 78, 18 and 6
 
 
 def closed_form(casts):
@@ -76,6 +77,17 @@ def model(data):
     return ForwardModel.fit(data)
 
 
+@pytest.fixture(scope="module")
+def few():
+    """Return casts for what does not take many to show: a fit of all of them takes six times as long."""
+    return synthetic(N_FEW)
+
+
+@pytest.fixture(scope="module")
+def few_model(few):
+    return ForwardModel.fit(few)
+
+
 # --- fitting
 
 
@@ -103,12 +115,12 @@ def test_info_says_how_the_model_was_made(model, data):
     np.testing.assert_array_equal(model.training_casts, data.frame.loc[data.split()[0], list(PARAMETERS)])
 
 
-def test_test_casts_do_not_influence_the_model(data, model):
-    *_, test = data.split()
-    other = ForwardModel.fit(changed(data, test, landing_along=3.0, landing_across=1.0, status="limit_hit"))
-    np.testing.assert_array_equal(predictions(other), predictions(model))
-    assert other.reach == model.reach
-    assert other.info.sigma == model.info.sigma
+def test_test_casts_do_not_influence_the_model(few, few_model):
+    *_, test = few.split()
+    other = ForwardModel.fit(changed(few, test, landing_along=3.0, landing_across=1.0, status="limit_hit"))
+    np.testing.assert_array_equal(predictions(other), predictions(few_model))
+    assert other.reach == few_model.reach
+    assert other.info.sigma == few_model.info.sigma
     assert other.info.test_rmse > 1
 
 
@@ -130,20 +142,20 @@ def test_the_standard_deviation_of_few_casts_holds_what_it_says():
     assert np.mean(covered) == pytest.approx(0.95, abs=0.02)
 
 
-def test_validation_casts_choose_nothing_but_measure(data, model):
-    _, validation, _ = data.split()
+def test_validation_casts_choose_nothing_but_measure(few, few_model):
+    _, validation, _ = few.split()
     noise = np.random.default_rng(0).normal(scale=0.05, size=len(validation))
-    other = ForwardModel.fit(changed(data, validation, landing_along=data.frame["landing_along"][validation] + noise))
-    np.testing.assert_array_equal(predictions(other), predictions(model))
-    assert other.reach == model.reach
+    other = ForwardModel.fit(changed(few, validation, landing_along=few.frame["landing_along"][validation] + noise))
+    np.testing.assert_array_equal(predictions(other), predictions(few_model))
+    assert other.reach == few_model.reach
     assert other.info.validation_rmse == pytest.approx(0.05, rel=0.3)
-    assert replace(other.info, validation_rmse=model.info.validation_rmse) == model.info
+    assert replace(other.info, validation_rmse=few_model.info.validation_rmse) == few_model.info
 
 
-def test_landings_across_the_casting_plane_steer_nothing(data, model):
-    noise = np.random.default_rng(0).normal(scale=0.05, size=len(data))
-    other = ForwardModel.fit(changed(data, data.frame.index, landing_across=noise))
-    assert other.info == model.info
+def test_landings_across_the_casting_plane_steer_nothing(few, few_model):
+    noise = np.random.default_rng(0).normal(scale=0.05, size=len(few))
+    other = ForwardModel.fit(changed(few, few.frame.index, landing_across=noise))
+    assert other.info == few_model.info
 
 
 def test_a_parameter_that_matters_less_has_a_wider_sigma(model):
@@ -162,31 +174,31 @@ def test_noise_in_the_landings_gives_a_large_regularization(data, model):
     assert np.sqrt(np.mean(error**2)) < 0.01  # below the noise that it learned from
 
 
-def test_a_tuned_result_makes_the_model_without_opening_the_test_casts(data, model, monkeypatch):
-    train, *_ = data.split()
+def test_a_tuned_result_makes_the_model_without_opening_the_test_casts(few, few_model, monkeypatch):
+    train, *_ = few.split()
     loss = LeaveOneOutLoss(
-        data.frame.loc[train, list(PARAMETERS)],
-        data.frame.loc[train, "landing_along"],
+        few.frame.loc[train, list(PARAMETERS)],
+        few.frame.loc[train, "landing_along"],
         input_bounds=cast_bounds(SCENARIO),
     )
     tuned = tune_by_lbfgs(loss, sigma0=[0.5] * 3)
     monkeypatch.setattr(Parts, "open_test", None)  # not to be called
-    other = ForwardModel.from_hyperparameters(data, tuned.sigma, tuned.regularization)
-    np.testing.assert_array_equal(predictions(other), predictions(model))
+    other = ForwardModel.from_hyperparameters(few, tuned.sigma, tuned.regularization)
+    np.testing.assert_array_equal(predictions(other), predictions(few_model))
     assert math.isnan(other.info.test_rmse)
-    assert replace(other.info, test_rmse=model.info.test_rmse) == model.info
-    one = ForwardModel.from_hyperparameters(data, 0.7, tuned.regularization)
+    assert replace(other.info, test_rmse=few_model.info.test_rmse) == few_model.info
+    one = ForwardModel.from_hyperparameters(few, 0.7, tuned.regularization)
     assert one.info.sigma == (0.7, 0.7, 0.7)
-    assert one.info.leave_one_out_rmse > model.info.leave_one_out_rmse
+    assert one.info.leave_one_out_rmse > few_model.info.leave_one_out_rmse
 
 
-def test_casts_that_never_came_down_are_left_out(data):
-    lost = [0, 5, 100, 270, 325]  # three to train with, one to validate and one to test
-    broken = changed(data, lost, landing_along=np.nan, landing_across=np.nan, entry_angle=np.nan)
+def test_casts_that_never_came_down_are_left_out(few):
+    lost = [0, 5, 50, 80, 100]  # three to train with, one to validate and one to test
+    broken = changed(few, lost, landing_along=np.nan, landing_across=np.nan, entry_angle=np.nan)
     model = ForwardModel.fit(broken)
-    assert (model.info.n_train, model.info.n_validation, model.info.n_test) == (257, 59, 19)
+    assert (model.info.n_train, model.info.n_validation, model.info.n_test) == (75, 17, 5)
     assert np.isfinite(predictions(model)).all()
-    kept = data.frame.drop(lost)[list(PARAMETERS)].to_numpy()[:257]
+    kept = few.frame.drop(lost)[list(PARAMETERS)].to_numpy()[:75]
     np.testing.assert_array_equal(model.training_casts, kept)
 
 
@@ -198,23 +210,23 @@ def test_reach_covers_all_clean_training_casts_but_the_last_at_either_end(data, 
 
 
 @pytest.mark.parametrize("column", [{"is_slack": False}, {"status": "limit_hit"}])
-def test_reach_leaves_out_casts_that_pull_the_string_or_hit_a_limit(data, model, column):
-    along = data.frame["landing_along"]
+def test_reach_leaves_out_casts_that_pull_the_string_or_hit_a_limit(few, few_model, column):
+    along = few.frame["landing_along"]
     far = np.flatnonzero(along > 0.6)
-    shorter = ForwardModel.fit(changed(data, far, **column))
-    assert model.reach[1] > 0.65
+    shorter = ForwardModel.fit(changed(few, far, **column))
+    assert few_model.reach[1] > 0.65
     assert shorter.reach[1] <= 0.6
-    assert shorter.reach[0] == pytest.approx(model.reach[0], abs=0.02)
-    np.testing.assert_array_equal(predictions(shorter), predictions(model))  # but the model learns from them
+    assert shorter.reach[0] == pytest.approx(few_model.reach[0], abs=0.02)
+    np.testing.assert_array_equal(predictions(shorter), predictions(few_model))  # but the model learns from them
 
 
 @pytest.mark.parametrize(
     ("columns", "said"),
     [({"landing_along": np.nan}, "training casts"), ({"status": "limit_hit"}, "slack"), ({"is_slack": False}, "slack")],
 )
-def test_a_dataset_that_teaches_nothing_is_refused_in_one_line(data, columns, said):
+def test_a_dataset_that_teaches_nothing_is_refused_in_one_line(few, columns, said):
     with pytest.raises(InputError, match=said) as caught:
-        ForwardModel.fit(changed(data, data.frame.index, **columns))
+        ForwardModel.fit(changed(few, few.frame.index, **columns))
     assert "\n" not in str(caught.value)
     assert "change the scenario's motion or bounds" in str(caught.value)
 
@@ -224,10 +236,10 @@ def test_a_dataset_that_is_too_small_is_refused():
         ForwardModel.fit(synthetic(33))
 
 
-def test_fitting_again_gives_the_same_model(data, model):
-    again = ForwardModel.fit(data)
-    assert again.info == model.info
-    np.testing.assert_array_equal(predictions(again), predictions(model))
+def test_fitting_again_gives_the_same_model(few, few_model):
+    again = ForwardModel.fit(few)
+    assert again.info == few_model.info
+    np.testing.assert_array_equal(predictions(again), predictions(few_model))
 
 
 # --- predicting
@@ -284,7 +296,7 @@ def test_a_model_serves_other_cups_and_noise(model, other):
 
 def test_the_reach_is_that_of_casts_that_let_the_ball_rest_in_the_scenarios_cup(tmp_path):
     short = Scenario.from_dict({"string": {"length": 0.40}})
-    data = synthetic(scenario=short)
+    data = synthetic(N_FEW, short)
     model = ForwardModel.fit(data)
     train = data.frame.loc[data.split()[0]]
     apart = (train["landing_along"] - 0.2 - train["distance"]).abs()

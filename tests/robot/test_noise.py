@@ -267,8 +267,9 @@ def test_torque_noise_keeps_its_seed_in_the_context():
 
 def test_every_torque_of_a_recording_is_the_law_of_what_the_encoders_saw_and_the_noise():
     """In the contact-free phase as in that with contact: nothing is drawn anew at the hand-over, nor shifted by a sample."""
-    quick = {"hold_duration": 0.4, "pull_duration": 0.4, "slide_duration": 0.4, "retreat_duration": 1.0}
-    scenario = Scenario.from_dict({"noise": TYPICAL.model_dump(), "motion": quick})
+    quick = dict.fromkeys(("hold", "fetch", "pull", "slide", "lift", "retreat"), 0.3)
+    motion = {f"{stage}_duration": duration for stage, duration in quick.items()}
+    scenario = Scenario.from_dict({"noise": TYPICAL.model_dump(), "motion": motion})
     noisy, seed = CastSimulator(scenario), 11
     recording = noisy.record(CAST, tuple(noisy.simulate(CAST, noise_seed=seed).landing), noise_seed=seed)
     assert recording.outcome.is_caught

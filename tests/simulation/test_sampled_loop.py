@@ -35,6 +35,9 @@ GROUPS = {
 
 EVERYTHING = {group: dict(values) for group, values in GROUPS.items()}
 
+SHORT_TURN = {"turn_duration": 1.5}
+"""Of a turn every period is the same to the loop."""
+
 
 def some_of(values):
     return st.fixed_dictionaries({}, optional={name: st.just(value) for name, value in values.items()})
@@ -91,7 +94,7 @@ def assert_equal(scenario, cast, belief=None):
 @example({"controller": {"delay": 1}}, -0.3)
 @given(SETTINGS, st.sampled_from([0.0, 0.4]))
 def test_it_equals_the_diagram(values, bearing):
-    assert_equal(Scenario.from_dict(values), Cast(0.30, 0.60, 0.10, bearing=bearing))
+    assert_equal(Scenario.from_dict(values | {"motion": SHORT_TURN}), Cast(0.30, 0.60, 0.10, bearing=bearing))
 
 
 @pytest.mark.parametrize(
@@ -189,6 +192,18 @@ class WithState(CastController):
         self.DeclareDiscreteState(1)
 
 
+class WithEvent(CastController):
+    """Does something ten times a second."""
+
+    def __init__(self, scenario):
+        super().__init__(scenario)
+        self.n_events = 0
+        self.DeclarePeriodicPublishEvent(0.1, 0.0, self._count)
+
+    def _count(self, context):
+        self.n_events += 1
+
+
 class OtherStart(CastController):
     """Is told of no places."""
 
@@ -202,9 +217,17 @@ class OtherStart(CastController):
         (CastController, SampledLoop),
         (OtherStart, SampledLoop),
         (WithState, StationLoop),
+        (WithEvent, StationLoop),
         (in_diagram(Law), StationLoop),
     ],
 )
 def test_the_diagram_is_kept_where_torque_is_not_the_whole(make, loop):
     station = CastStation(Scenario(), has_scene=False, controller=make(Scenario()))
     assert type(make_loop(station, "runge_kutta3", 0.002, 0.01)) is loop
+
+
+def test_events_of_a_controller_of_ones_own_happen():
+    made = []
+    simulator = CastSimulator(Scenario(), make_controller=lambda known: made.append(WithEvent(known)) or made[-1])
+    end = simulator.simulate(Cast(0.3, 0.6, 0.1)).end_time
+    assert max(one.n_events for one in made) >= int(end / 0.1)

@@ -68,11 +68,12 @@ def into_cup(simulator, free):
     """Return a function that gives the outcome of a cast into a cup that stands so far beyond the landing [m]."""
 
     @cache
-    def simulate(cast, beyond=0.0):
+    def simulate(cast, beyond):
         radius = np.linalg.norm(free[cast].landing)
         return simulator.simulate(cast, tuple(free[cast].landing * (1 + beyond / radius)))
 
-    return simulate
+    # To the cache an argument that is left out is another one than its default.
+    return lambda cast, beyond=0.0: simulate(cast, beyond)
 
 
 # ---------------------------------------------------------------- the same whoever ran before

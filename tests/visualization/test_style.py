@@ -46,6 +46,7 @@ def test_figures_start_from_matplotlibs_defaults(context):
 @pytest.mark.parametrize("name", ["strip.svg", "floor.svg", pytest.param("film.gif", marks=pytest.mark.slow)])
 def test_the_users_settings_change_no_picture(tmp_path, name, landed, floor_without_physics, monkeypatch):
     monkeypatch.setattr("wam_cast.visualization.film.FRAME_RATE", 3)  # a few frames are enough
+    monkeypatch.setattr("wam_cast.visualization.film_strip.choose_moments", lambda _: [0, 150])
 
     def write(path):
         if name.startswith("strip"):

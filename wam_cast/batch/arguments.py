@@ -21,12 +21,16 @@ def checked_precision(precision: str) -> None:
         raise InputError(f"precision = {quoted(precision)} must be float64 or float32")
 
 
-def checked_casts(casts: ArrayLike) -> list[Cast]:
-    """Return the casts of an array. Raises `.InputError`."""
+def checked_casts(casts: ArrayLike | Sequence[Cast]) -> list[Cast]:
+    """Return the casts of an array, or as they are. Raises `.InputError`."""
+    if isinstance(casts, Sequence) and casts and all(isinstance(one, Cast) for one in casts):
+        return list(casts)
     try:
         values = np.asarray(casts, dtype=float)
     except (TypeError, ValueError):
-        raise InputError(f"casts = {quoted(casts)} must be numbers, an array of shape (n, 3) or (n, 4)") from None
+        raise InputError(
+            f"casts = {quoted(casts)} must be Casts, or an array of shape (n, 3), or (n, 4) with a bearing for each"
+        ) from None
     if values.size == 0:
         return []
     if values.ndim != 2 or values.shape[1] not in (3, 4):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import lru_cache
@@ -30,6 +31,12 @@ RELATIVE_STEP = 1e-5
 
 SMALL = 1e-3
 """Parameters that are smaller count as this."""
+
+NAME = re.compile(r"([a-z_]+)(?:\.([a-z_]+))?(?:\[([0-9]+)\])?")
+"""A number's name: its part of the scenario, its own, and a joint."""
+
+OF_NO_FLIGHT = ("simulation", "bounds", "noise")
+"""Parts of a scenario whose numbers a flight does not follow smoothly, or not at all."""
 
 OF_THE_CAST = ("distance", "speed", "wait", "bearing")
 
@@ -88,17 +95,17 @@ def _direction(scenario: Scenario, name: str) -> tuple[Change, float]:
     """Return what gives scenario and cast with a parameter changed by so much, and by how much to change it."""
     if name in OF_THE_CAST:
         return lambda cast, by: (scenario, replace(cast, **{name: getattr(cast, name) + by})), RELATIVE_STEP
-    path, _, joint = name.removesuffix("]").partition("[")
-    part, _, field = path.partition(".")
+    found = NAME.fullmatch(name)
+    part, field, joint = found.groups("") if found else ("", "", "")
     holder = getattr(scenario, part, None) if field else scenario
     key = field or part
     value = getattr(holder, key) if isinstance(holder, BaseModel) and key in type(holder).model_fields else None
     values = np.array(value if isinstance(value, tuple) else [value])
-    joints = {str(i) for i in range(1, len(values) + 1)} if isinstance(value, tuple) else set()
-    if values.dtype.kind != "f" or ((joint or "[" in name) and joint not in joints):
+    joints = {"", *(str(i) for i in range(1, len(values) + 1) if isinstance(value, tuple))}
+    if values.dtype.kind != "f" or joint not in joints or part in OF_NO_FLIGHT:
         raise InputError(
-            f"parameter {quoted(name)}: name {', '.join(OF_THE_CAST)}, or a number of the scenario, such as string.length or "
-            "arm.mass_scale[4]"
+            f"parameter {quoted(name)}: name {', '.join(OF_THE_CAST)}, or a number of the scenario outside of "
+            f"{', '.join(OF_NO_FLIGHT)}, such as string.length or arm.mass_scale[4]"
         )
     moves = np.array([joint in ("", str(i)) for i in range(1, len(values) + 1)])
 

@@ -31,11 +31,11 @@ from wam_cast.scenario import Scenario
 from wam_cast.storage.casts_part import SCHEMA, STATUSES
 from wam_cast.types import Array, checks_types
 
-CHUNKS = {"cpu": 64}
-"""Casts that are simulated at once, by JAX's platform: as many as keep their numbers in a processor's cache."""
+CPU_CHUNK = 64
+"""Casts that a processor simulates at once: as many as keep their numbers in its cache."""
 
 GPU_CHUNK = 8192
-"""On any other: about a gigabyte."""
+"""Casts that any other device simulates at once, at most: about a gigabyte."""
 
 FEW = 8
 """So many casts or fewer are simulated at once in place of a chunk."""
@@ -136,7 +136,7 @@ def _meets_limit(flight: Flight) -> Any:
 @checks_types
 def simulate_batch(
     scenario: Scenario | Sequence[Scenario],
-    casts: ArrayLike,
+    casts: ArrayLike | Sequence[Cast],
     noise_seeds: Sequence[int] | NDArray[np.integer[Any]] | None = None,
     precision: Precision = "float64",
     *,
@@ -145,7 +145,7 @@ def simulate_batch(
     """Simulate the contact-free phase of many casts at once: `simulate_cast` without a cup, by a second engine.
 
     It has the same physics and the same law, and integrates in equal steps: landings are those of Drake to about 1e-4 mm, in single
-    precision to 1e-3 mm. What has a scenario's shape (string links, delays) is compiled anew, which takes some ten seconds.
+    precision to 1e-3 mm. What has a scenario's shape (string links, delays) is compiled anew, which takes half a minute.
     The loop of the controller is not checked: where `simulate_cast` refuses gains, casts here meet limits or diverge.
 
     Parameters
@@ -153,7 +153,8 @@ def simulate_batch(
     scenario
         What is cast with: one scenario, or one for each cast, all with as many links in the string.
     casts
-        `[distance, speed, wait]` or `[distance, speed, wait, bearing]` [m, m/s, s, rad], shape (n, 3) or (n, 4).
+        `[distance, speed, wait]` or `[distance, speed, wait, bearing]` [m, m/s, s, rad], shape (n, 3) or (n, 4), or a
+        sequence of `.Cast`.
     noise_seeds
         Draw the noise of each cast, n integers from 0 on; the same seed gives the same cast as `simulate_cast`. By default all 0.
     precision
@@ -190,13 +191,16 @@ def fastest_friction(scenario: Scenario) -> float:
 
 def n_steps(scenario: Scenario) -> int:
     """Return in how many steps a control period is integrated. Raises `.InputError` if they are too many."""
-    longest = min(scenario.simulation.max_step, STABLE_STEP / max(fastest_swing(scenario), fastest_friction(scenario)))
-    needed = math.ceil(scenario.controller.period / longest - 1e-9)
+    longest = scenario.simulation.max_step
+    stable = STABLE_STEP / max(fastest_swing(scenario), fastest_friction(scenario))
+    needed = math.ceil(scenario.controller.period / min(longest, stable) - 1e-9)
     if needed > MOST_STEPS:
+        cause, remedy = "a string or joints so stiff or so damped", "fewer string.n_links or less damping"
+        if longest < stable:
+            cause, remedy = f"simulation.max_step = {longest:g} s", "a longer simulation.max_step"
         raise InputError(
-            f"scenario: string or joints are so stiff or so damped that a control period takes {needed} integration steps, "
-            f"{MOST_STEPS} are allowed; simulate it with Drake, whose implicit method takes it, or choose fewer "
-            "string.n_links or less damping"
+            f"scenario: {cause}, with controller.period = {scenario.controller.period:g} s, make {needed} integration steps in a "
+            f"period, {MOST_STEPS} are allowed; simulate it with Drake, which chooses its steps, or choose {remedy}"
         )
     return max(needed, 1)
 
@@ -250,7 +254,7 @@ class Batch:
 
         Casts of one chunk are integrated in as many steps: what becomes of one does not depend on the others.
         """
-        size = FEW if len(self.rows) <= FEW else CHUNKS.get(jax.default_backend(), GPU_CHUNK)
+        size = chunk_size(len(self.rows))
         wanted = range(len(self.rows)) if which is None else which
         order = sorted(wanted, key=lambda i: (self.steps[i], _n_samples(self.rows[i])))
         for steps, same in groupby(order, key=lambda i: self.steps[i]):
@@ -262,12 +266,25 @@ class Batch:
     def chunk(self, which: list[int], n_steps: int) -> Chunk:
         """Return those of the casts, to be integrated in `n_steps` a control period."""
         rows = [self.rows[i] for i in which]
-        n_samples = max(map(_n_samples, rows)) + POLL_PERIODS
         deviates = np.zeros((1, 1, 1))
         if self.settings.has_torque_noise:
-            n_drawn = math.ceil(n_samples / CHUNK)
+            # As many for all chunks: another number would be compiled anew.
+            n_drawn = math.ceil((max(map(_n_samples, self.rows)) + POLL_PERIODS) / CHUNK)
             deviates = np.stack([first_torque_deviates(self.seeds[i], n_drawn) for i in which], axis=-1)
         return Chunk(stacked(rows, self.common), deviates, n_steps, self.settings, self.precision)
+
+
+def chunk_size(n_casts: int) -> int:
+    """Return how many casts are simulated at once where there are so many in all: what is smaller is filled up."""
+    if n_casts <= FEW:
+        return FEW
+    on_device = device_chunk()
+    return min(on_device, 1 << (n_casts - 1).bit_length()) if on_device else CPU_CHUNK
+
+
+def device_chunk() -> int | None:
+    """Return how many casts at most JAX's device simulates at once if it is no processor; else None."""
+    return None if jax.default_backend() == "cpu" else GPU_CHUNK
 
 
 def _simulated(batch: Batch) -> Told:

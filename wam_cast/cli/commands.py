@@ -216,9 +216,11 @@ def reproduce(
     as_json: options.AsJson = False,
 ) -> None:
     """Run the paper's experiment and write its report; an interrupted run goes on when it is started again."""
+    from wam_cast.generation.engines import checked_engine
     from wam_cast.storage.run_directory import RunDirectory
 
     setting = model_choice.load_scenario(scenario)
+    checked_engine(engine, setting, has_own_controller=False)
     require_workable(setting, scenario, RunDirectory, directory)
     with phase_progress() as report:
         try:

@@ -94,9 +94,11 @@ def generate(
     engine: str = "drake",
 ) -> wc.CastDataset:
     """Generate a dataset of the scenario in a file if it can work; if that is interrupted, say how to go on."""
+    from wam_cast.generation.engines import checked_engine
     from wam_cast.storage.dataset_directory import DatasetDirectory
 
     setting, done = load_scenario(scenario), 0
+    checked_engine(engine, setting, has_own_controller=False)
     require_workable(setting, scenario, DatasetDirectory, out)
     cluster = nullcontext() if scheduler is None else dask_executor(scheduler, err.print)
     with progress("simulating casts", casts) as advance:

@@ -58,11 +58,14 @@ class EngineComparison:
     frames
         For each engine, a dataset's columns, a row a cast, and `ball_path`: the ball's largest distance [m] from where it is in
         MuJoCo's converged cast, up to the landing there; nan where the engine tells no path.
+    left_out
+        Why the batched engine is not among them, or empty.
     """
 
     scenario: Scenario
     seed: int
     frames: dict[str, pd.DataFrame]
+    left_out: str = ""
 
     def differences(self, engine: str) -> pd.DataFrame:
         """Return the absolute differences of one engine from MuJoCo's converged casts, a row each that both of them land."""
@@ -81,11 +84,14 @@ class EngineComparison:
 
     @property
     def agrees(self) -> bool:
-        """Whether the converged casts of Drake and MuJoCo end alike and land, and land in the same places."""
-        off = self.differences(DRAKE_CONVERGED)["landing"]
+        """Whether the casts of Drake, converged, and of the batched engine end and land as those of MuJoCo, converged."""
+        return all(self._agrees(engine) for engine in (DRAKE_CONVERGED, BATCH) if engine in self.frames)
+
+    def _agrees(self, engine: str) -> bool:
+        off = self.differences(engine)["landing"]
         return bool(
             len(off) > 0
-            and self.n_other_statuses(DRAKE_CONVERGED) == 0
+            and self.n_other_statuses(engine) == 0
             and off.median() <= MEDIAN_AGREEMENT
             and off.max() <= LARGEST_AGREEMENT
         )
@@ -107,6 +113,7 @@ class EngineComparison:
             "agrees": self.agrees,
             "median_agreement": MEDIAN_AGREEMENT,
             "largest_agreement": LARGEST_AGREEMENT,
+            "left_out": self.left_out,
             "engines": engines,
         }
 
@@ -118,12 +125,14 @@ def percentiles(off: Array) -> dict[str, float]:
     return dict(zip(("median", "p95", "largest"), map(float, found), strict=True))
 
 
-def batched_engine() -> Callable[..., pd.DataFrame] | None:
-    """Return the function of the batched engine, none where it is not installed."""
+def batched_engine(scenario: Scenario) -> Callable[..., pd.DataFrame]:
+    """Return the function of the batched engine. Raises `.InputError` if it is not installed or cannot simulate the scenario."""
     try:
-        function: Callable[..., pd.DataFrame] = import_module("wam_cast.batch.engine").simulate_batch
-    except (ImportError, InputError):  # which says that its packages are missing
-        return None
+        engine = import_module("wam_cast.batch.engine")
+    except ImportError as error:
+        raise InputError(str(error)) from None
+    engine.n_steps(scenario)
+    function: Callable[..., pd.DataFrame] = engine.simulate_batch
     return function
 
 
@@ -142,6 +151,11 @@ def compare_engines(
     """
     n_casts, seed = checked_integer("n_casts", n_casts, 1), checked_integer("seed", seed, 0)
     import_mujoco()  # before anything is simulated
+    left_out = ""
+    try:
+        batch = batched_engine(scenario)
+    except InputError as error:
+        batch, left_out = None, str(error)
     report = on_progress or (lambda _engine, _done, _n_casts: None)
     casts = [sample_cast(scenario, seed, row) for row in range(n_casts)]
     noise_seeds = [row_noise_seed(seed, row) for row in range(n_casts)]
@@ -161,12 +175,12 @@ def compare_engines(
             rows.append({**cast_columns(row, cast), **columns, "ball_path": _path_off(path, *judged[row], scenario)})
             report(engine, row + 1, n_casts)
         frames[engine] = pd.DataFrame(rows)
-    batch = batched_engine()
     if batch is not None:
         frames[BATCH] = _batch(batch, scenario, casts, noise_seeds)
         report(BATCH, n_casts, n_casts)
     order = [DRAKE, DRAKE_CONVERGED, BATCH, MUJOCO, MUJOCO_CONVERGED]
-    return EngineComparison(scenario, seed, {engine: frames[engine] for engine in order if engine in frames})
+    found = {engine: frames[engine] for engine in order if engine in frames}
+    return EngineComparison(scenario, seed, found, left_out)
 
 
 def finer(scenario: Scenario) -> Scenario:

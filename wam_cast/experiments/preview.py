@@ -35,7 +35,10 @@ from wam_cast.types import Array, checks_types
 N_CASTS = 30
 
 FEWEST_CASTS = 8
-"""On which a preview that may end early does."""
+"""On which a preview that may end early does, and which any one has."""
+
+MOST_SECONDS = 60.0
+"""That a preview's casts may be expected to take by default: where a cast takes seconds there are fewer."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +127,7 @@ class Preview:
 
 
 @checks_types
-def preview_scenario(scenario: Scenario, n_casts: int = N_CASTS, *, ends_early: bool = False) -> Preview:
+def preview_scenario(scenario: Scenario, n_casts: int | None = None, *, ends_early: bool = False) -> Preview:
     """Simulate a few random casts without a cup, and judge whether the scenario can work: a few seconds, and no model.
 
     Parameters
@@ -132,7 +135,7 @@ def preview_scenario(scenario: Scenario, n_casts: int = N_CASTS, *, ends_early: 
     scenario
         What is cast.
     n_casts
-        How many: the first rows of the dataset of seed 0.
+        How many: the first rows of the dataset of seed 0. By default 30, or as many as should take a minute, but 8 at least.
     ends_early
         End after 8 casts or more once the answer is a plain yes; for a no all are simulated.
 
@@ -141,8 +144,10 @@ def preview_scenario(scenario: Scenario, n_casts: int = N_CASTS, *, ends_early: 
     InputError
         If `n_casts` is no integer from 2 on, or the scenario cannot be simulated at all.
     """
-    n_casts = checked_integer("n_casts", n_casts, 2)
     simulator = CastSimulator(scenario)
+    affordable = int(MOST_SECONDS / simulator.integration.expected_seconds)
+    by_default = min(N_CASTS, max(FEWEST_CASTS, affordable))
+    n_casts = by_default if n_casts is None else checked_integer("n_casts", n_casts, 2)
     rows: list[Record] = []
     outcomes: list[Outcome] = []
     started = time.process_time()

@@ -25,7 +25,8 @@ Row: TypeAlias = dict[str, Any]
 
 
 BLOCK = 500
-"""Casts that a process simulates with the batched engine before it hands them over: enough that compiling it is paid for."""
+"""Casts that a process simulates with the batched engine before it hands them over: enough that compiling it is paid for. What is
+no processor is shared by no processes: there a block is what the engine takes at once."""
 
 
 def checked_engine(engine: str, scenario: Scenario, *, has_own_controller: bool) -> Engine:
@@ -88,20 +89,27 @@ def rows_in_blocks(
     n_workers: int | None = None,
 ) -> Generator[Row]:
     """Yield the rows `todo` of a seed, ascending, by the batched engine, in processes as `run_rows` has them."""
+    from wam_cast.batch.engine import device_chunk
+
     wanted = sorted(todo)
-    simulate = partial(simulate_block, scenario, seed, wanted[-1] + 1 if wanted else 0)
-    blocks = sorted({row // BLOCK for row in wanted})
+    on_device = device_chunk()
+    size = on_device or BLOCK
+    simulate = partial(simulate_block, scenario, seed, wanted[-1] + 1 if wanted else 0, size)
+    blocks = sorted({row // size for row in wanted})
     kept = set(wanted)
+    if on_device and not isinstance(executor, Executor):
+        yield from (row for block in blocks for row in simulate(block) if row["cast"] in kept)
+        return
     with closing(run_rows(simulate, blocks, executor, n_workers)) as simulated:
         for rows in simulated:
             yield from (row for row in rows if row["cast"] in kept)
 
 
-def simulate_block(scenario: Scenario, seed: int, n_casts: int, block: int) -> list[Row]:
-    """Simulate the casts of a block of rows, up to `n_casts`, and return their columns; what workers run."""
+def simulate_block(scenario: Scenario, seed: int, n_casts: int, size: int, block: int) -> list[Row]:
+    """Simulate the casts of a block of `size` rows, up to `n_casts`, and return their columns; what workers run."""
     from wam_cast.batch.engine import simulate_batch
 
-    rows = range(block * BLOCK, min((block + 1) * BLOCK, n_casts))
+    rows = range(block * size, min((block + 1) * size, n_casts))
     casts = [sample_cast(scenario, seed, row).to_array() for row in rows]
     frame = simulate_batch(scenario, casts, [row_noise_seed(seed, row) for row in rows])
     frame["cast"] = rows

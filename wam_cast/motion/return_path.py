@@ -19,6 +19,7 @@ from itertools import accumulate
 import numpy as np
 from scipy.interpolate import BPoly
 from scipy.optimize import brentq
+from scipy.special import comb
 
 from wam_cast.arm.arm_model import arm_model
 from wam_cast.motion.pendulum import Pendulum, hand_above, pendulum_derivatives
@@ -180,7 +181,7 @@ class Return:
         start = hand_derivatives(hand, speed) + pendulum_derivatives(slant, turning, pendulum)
         end = np.zeros((5, 2))
         end[0] = self._home() - [0.0, pendulum.length]
-        return _Shaped(BPoly.from_derivatives([0.0, duration], [start, end]), pendulum), duration
+        return _Shaped(_Polynomial(start, end, duration, 4), pendulum), duration
 
 
 def hand_derivatives(hand: Array, speed: float) -> Array:
@@ -195,17 +196,44 @@ def _above(radius: float, height: float, slant: float, length: float) -> Array:
     return np.array([radius + length * math.sin(slant), height + length * math.cos(slant)])
 
 
+class _Polynomial:
+    """A path and its first derivatives, `n` in all, at once: SciPy's evaluation of a single one takes longer.
+
+    All are in Bernstein's basis of the path's degree, which gives the values at both ends exactly.
+    """
+
+    def __init__(self, start: list[Array] | Array, end: list[Array] | Array, duration: float, n: int) -> None:
+        path = BPoly.from_derivatives([0.0, duration], [start, end])
+        degree = len(path.c) - 1
+        self._duration, self._powers = duration, np.arange(degree + 1)
+        coefficients = [_raised(path.derivative(order).c[:, 0], degree) for order in range(n)]
+        self._coefficients = comb(degree, self._powers)[:, np.newaxis] * np.hstack(coefficients)
+
+    def __call__(self, t: float) -> Array:
+        """Return the path's place (2,) and its derivatives at time `t` [s], shape (n, 2)."""
+        u = t / self._duration
+        return np.asarray(u**self._powers * (1.0 - u) ** self._powers[::-1] @ self._coefficients).reshape(-1, 2)
+
+
+def _raised(c: Array, degree: int) -> Array:
+    """Return a polynomial's coefficients in Bernstein's basis of a higher degree, (degree + 1, 2)."""
+    while len(c) <= degree:
+        share = np.linspace(0.0, 1.0, len(c) + 1)[:, np.newaxis]
+        c = share * np.vstack([np.zeros(2), c]) + (1.0 - share) * np.vstack([c, np.zeros(2)])
+    return c
+
+
 class _Line:
     """From rest at one place to another, without acceleration at the ends, with `end_velocity` (2,) [m/s] at the second."""
 
     def __init__(self, start: Array, end: Array, duration: float, end_velocity: Array | None = None) -> None:
         rest = np.zeros(2)
         arrival = rest if end_velocity is None else end_velocity
-        self._place = BPoly.from_derivatives([0.0, duration], [[start, rest, rest], [end, arrival, rest]])
-        self._velocity = self._place.derivative()
+        self._path = _Polynomial([start, rest, rest], [end, arrival, rest], duration, 2)
 
     def __call__(self, t: float) -> tuple[Array, Array]:
-        return self._place(t), self._velocity(t)
+        place, velocity = self._path(t)
+        return place, velocity
 
 
 class _Slide:
@@ -225,13 +253,13 @@ class _Slide:
 
 
 class _Shaped:
-    """The hand above a ball whose radius and height are the polynomial `path`."""
+    """The hand above a ball whose radius and height are `path`, with three derivatives."""
 
-    def __init__(self, path: BPoly, pendulum: Pendulum) -> None:
-        self._derivatives = [path.derivative(order) for order in range(4)]
-        self._pendulum = pendulum
+    def __init__(self, path: _Polynomial, pendulum: Pendulum) -> None:
+        self._path, self._pendulum = path, pendulum
 
     def __call__(self, t: float) -> tuple[Array, Array]:
-        p_WL, v_WL, a_WL, jerk_WL = (np.insert(derivative(t), 1, 0.0) for derivative in self._derivatives)
-        p_WE, v_WE = hand_above(p_WL, v_WL, a_WL, jerk_WL, self._pendulum)
-        return p_WE[[0, 2]], v_WE[[0, 2]]
+        ball = np.zeros((4, 3))
+        ball[:, ::2] = self._path(t)
+        p_WE, v_WE = hand_above(ball[0], ball[1], ball[2], ball[3], self._pendulum)
+        return p_WE[::2], v_WE[::2]

@@ -161,10 +161,14 @@ class ArmController(PythonSystem):
 
     @property
     def is_law(self) -> bool:
-        """Whether `torque` and `hand_desired` are all that it does: no subclass has changed the ports, or has state of its own."""
+        """Whether `torque` and `hand_desired` are all that it does.
+
+        That is so if no subclass has changed the ports, has state of its own, or has declared an event.
+        """
         methods = ("_calc_actuation", "_desired", "_measured_arm", "motion")
         n_states = self.num_continuous_states() + self.num_discrete_state_groups() + self.num_abstract_states()
-        return n_states == 0 and all(getattr(type(self), one) is getattr(ArmController, one) for one in methods)
+        is_pure = n_states == 0 and not self.has_events
+        return is_pure and all(getattr(type(self), one) is getattr(ArmController, one) for one in methods)
 
     def _calc_motion(self, context: Context, value: AbstractValue) -> None:
         start_bearing, radius = context.get_numeric_parameter(self._cast_index).value()[4:]

@@ -75,7 +75,7 @@ def simulate_ensemble(robots: RobotDistribution, n_robots: int, n_casts: int, se
 def _filling(believed: Scenario, n_casts: int, seed: int) -> Array:
     """Return casts that fill the bounds evenly, (n_casts, 3)."""
     lower, upper = cast_bounds(believed)
-    drawn = qmc.Sobol(3, seed=seed).random(4 * n_casts)
+    drawn = qmc.Sobol(3, seed=seed).random_base2((4 * n_casts - 1).bit_length())  # of a power of two they are even
     casts = qmc.scale(drawn, lower, upper)
     return np.asarray(casts[is_allowed(believed, casts)][:n_casts])
 

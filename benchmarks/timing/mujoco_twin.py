@@ -40,16 +40,14 @@ def print_mujoco_twin(casts: Sequence[Cast]) -> None:
     by_drake = np.array([drake.simulate(cast).landing_along for cast in casts])
     by_twin = np.array([landing(twin, cast) for cast in casts])
     half = scenario.model_copy(update={"simulation": Simulation(max_step=scenario.simulation.max_step / 2)})
+    batched, finer = (simulate_batch(one, many)["landing_along"].to_numpy(dtype=float) for one in (scenario, half))
     runs: dict[str, tuple[Callable[[int], object], str]] = {
         "Drake": (lambda i: drake.simulate(casts[i]), _error(by_drake - exact)),
         "MuJoCo, RK4": (lambda i: twin.fly(casts[i]), _error(by_twin - exact)),
         "MuJoCo, RK4, its steps alone": (steps_alone, "-"),
-        "batched, all at once": (lambda i: simulate_batch(scenario, many) if i == 0 else None, ""),
-        "batched, half the step": (lambda i: simulate_batch(half, many) if i == 0 else None, ""),
+        "batched, all at once": (lambda i: simulate_batch(scenario, many) if i == 0 else None, _error(batched - exact)),
+        "batched, half the step": (lambda i: simulate_batch(half, many) if i == 0 else None, _error(finer - exact)),
     }
-    for name, one in (("batched, all at once", scenario), ("batched, half the step", half)):
-        landings = simulate_batch(one, many)["landing_along"].to_numpy(dtype=float)
-        runs[name] = (runs[name][0], _error(landings - exact))
     seconds = seconds_by_round({name: run for name, (run, _) in runs.items()}, len(casts))
     out.print(
         f"MuJoCo: {len(casts)} random casts, one core; landings off those of MuJoCo in steps of {1e3 * FINE:g} ms"

@@ -124,6 +124,13 @@ def test_test_casts_do_not_influence_the_model(few, few_model):
     assert other.info.test_rmse > 1
 
 
+def test_hyperparameters_that_are_none_are_refused_and_not_chosen(data):
+    with pytest.raises(InputError, match="sigma"):
+        ForwardModel.from_hyperparameters(data, None, 1e-4)
+    with pytest.raises(InputError, match="sigma"):
+        ForwardModel.fit(data, estimator=KernelRidge(sigma=None))
+
+
 def test_the_standard_deviation_of_few_casts_holds_what_it_says():
     """Some landings are far off. With the few validation casts alone to scale by, it held 86 % of one dataset's fresh casts."""
 

@@ -158,8 +158,6 @@ class RobotDistribution:
             return NotImplemented
         return vars(self) == vars(other)
 
-    __hash__ = None  # type: ignore[assignment]
-
 
 def number(scenario: Scenario, name: str) -> Array:
     """Return a scenario's number by its name, shape () or that of a number for each joint. Raises `.InputError` if it is none."""

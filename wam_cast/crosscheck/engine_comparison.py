@@ -15,7 +15,7 @@ from wam_cast.crosscheck.flight_numbers import flight_numbers
 from wam_cast.crosscheck.mujoco_flight import MujocoSimulator
 from wam_cast.crosscheck.mujoco_model import import_mujoco
 from wam_cast.errors import InputError, checked_integer
-from wam_cast.generation.engines import Row, cast_columns, outcome_columns
+from wam_cast.generation.engines import Row, cast_columns, checked_engine, outcome_columns
 from wam_cast.generation.sampling import row_noise_seed, sample_cast
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.outcome import Status
@@ -128,11 +128,10 @@ def percentiles(off: Array) -> dict[str, float]:
 def batched_engine(scenario: Scenario) -> Callable[..., pd.DataFrame]:
     """Return the function of the batched engine. Raises `.InputError` if it is not installed or cannot simulate the scenario."""
     try:
-        engine = import_module("wam_cast.batch.engine")
+        checked_engine("batch", scenario, has_own_controller=False)
+        function: Callable[..., pd.DataFrame] = import_module("wam_cast.batch.engine").simulate_batch
     except ImportError as error:
         raise InputError(str(error)) from None
-    engine.n_steps(scenario)
-    function: Callable[..., pd.DataFrame] = engine.simulate_batch
     return function
 
 

@@ -97,10 +97,9 @@ def rows_in_blocks(
     simulate = partial(simulate_block, scenario, seed, wanted[-1] + 1 if wanted else 0, size)
     blocks = sorted({row // size for row in wanted})
     kept = set(wanted)
-    if on_device and not isinstance(executor, Executor):
-        yield from (row for block in blocks for row in simulate(block) if row["cast"] in kept)
-        return
-    with closing(run_rows(simulate, blocks, executor, n_workers)) as simulated:
+    is_here = on_device and not isinstance(executor, Executor)
+    done = (simulate(block) for block in blocks) if is_here else run_rows(simulate, blocks, executor, n_workers)
+    with closing(done) as simulated:
         for rows in simulated:
             yield from (row for row in rows if row["cast"] in kept)
 

@@ -111,7 +111,7 @@ class ForwardModel:
             return cls._fit_parts(data, parts, KernelFit(data.scenario), opens_test=True)
         if isinstance(estimator, KernelRidge):
             chosen = (estimator.sigma, estimator.regularization, estimator.n_landmarks)
-            return cls._fit_parts(data, parts, KernelFit(data.scenario, *chosen), opens_test=True)
+            return cls._fit_parts(data, parts, KernelFit(data.scenario, chosen), opens_test=True)
         return cls._fit_any(data, parts, estimator)
 
     @classmethod
@@ -120,9 +120,8 @@ class ForwardModel:
 
         The test casts stay closed. Raises `.InputError` as `fit` does.
         """
-        return cls._fit_parts(
-            data, split_casts(data), KernelFit(data.scenario, sigma, regularization), opens_test=False
-        )
+        fit = KernelFit(data.scenario, (sigma, regularization, None))
+        return cls._fit_parts(data, split_casts(data), fit, opens_test=False)
 
     @classmethod
     def _fit_parts(cls, data: CastDataset, parts: Parts, fit: KernelFit, *, opens_test: bool) -> Self:

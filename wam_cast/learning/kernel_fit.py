@@ -38,24 +38,20 @@ N_FOLDS = 5
 
 @dataclass(frozen=True)
 class KernelFit:
-    """How an estimator is made of training casts: with a `sigma`, `regularization` and `n_landmarks`, or with what it chooses.
+    """How an estimator is made of a scenario's training casts: with `given` hyperparameters, or with those that it chooses.
 
-    Without a `sigma` these are the ARD length scales and the lambda of `tune_model`. Calling it raises `.InputError` if they are
-    not allowed or the kernel matrix is singular.
+    Given are a sigma, a lambda and a number of landmarks, or None for the default number. Without, they are those of
+    `tune_model`. Calling it raises `.InputError` if they are not allowed or the kernel matrix is singular.
     """
 
     scenario: Scenario
-    sigma: ArrayLike | None = None
-    regularization: float = 0.0
-    n_landmarks: int | None = None
+    given: tuple[ArrayLike, float, int | None] | None = None
 
     def __call__(self, train: Part) -> KernelRidge:
         """Return an estimator fitted to training casts."""
-        sigma, regularization = self.sigma, self.regularization
-        if sigma is None:
-            tuned = tune_model(self.scenario, train)
-            sigma, regularization = tuned.sigma, tuned.regularization
-        n_landmarks = _n_landmarks(train) if self.n_landmarks is None else self.n_landmarks
+        sigma, regularization, n_landmarks = self.given or (*self._tuned(train), None)
+        if n_landmarks is None:
+            n_landmarks = _n_landmarks(train)
         try:
             distance, speed, wait = (float(one) for one in checked_sigma(np.squeeze(sigma), len(PARAMETERS)))
             regularization = checked_regularization(regularization)
@@ -63,6 +59,10 @@ class KernelFit:
         except ValueError as error:
             raise InputError(f"estimator: {error}") from None
         return fit_kernel(self.scenario, (distance, speed, wait), regularization, n_landmarks, train.X, train.y)
+
+    def _tuned(self, train: Part) -> tuple[ArrayLike, float]:
+        tuned = tune_model(self.scenario, train)
+        return tuned.sigma, tuned.regularization
 
 
 def fit_kernel(

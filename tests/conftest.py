@@ -29,6 +29,10 @@ from wam_cast.cast import Cast
 from wam_cast.errors import InputError, MachineError
 from wam_cast.scenario import Arm
 
+# Where the tests themselves run in the background, SIGINT is ignored, and would be by every process that they start.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
 SOFTWARE_GRAPHICS = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")

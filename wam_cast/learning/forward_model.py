@@ -120,8 +120,9 @@ class ForwardModel:
 
         The test casts stay closed. Raises `.InputError` as `fit` does.
         """
+        parts = split_casts(data)
         fit = KernelFit(data.scenario, (sigma, regularization, None))
-        return cls._fit_parts(data, split_casts(data), fit, opens_test=False)
+        return cls._fit_parts(data, parts, fit, opens_test=False)
 
     @classmethod
     def _fit_parts(cls, data: CastDataset, parts: Parts, fit: KernelFit, *, opens_test: bool) -> Self:

@@ -74,11 +74,13 @@ def _step(since: Array, duration: Array | float, change: Array | float) -> tuple
     return change * value, change / duration * rate, change / duration**2 * bend
 
 
-@dataclass(frozen=True, eq=False)
 class SampledPath:
-    """The hand where the controller brings it: cubics between samples, and at rest after the last one.
+    """The hand where the controller brings it: a cubic between samples, and at rest after the last one.
 
-    Attributes
+    Held torques change the hand's acceleration in steps, by which a string would go slack and taut again and again. Here it changes
+    linearly between samples, from the change of velocity over the two periods around one to that around the next.
+
+    Parameters
     ----------
     period
         Between samples [s].
@@ -86,29 +88,26 @@ class SampledPath:
         At the samples [m], [m/s], (n_samples, 2, n).
     """
 
-    period: float
-    places: Array
-    velocities: Array
+    def __init__(self, period: float, places: Array, velocities: Array) -> None:
+        self.period = period
+        accelerations = np.gradient(velocities, period, axis=0)
+        stacked = np.concatenate([places, period * velocities, accelerations], axis=1)
+        self._samples = np.ascontiguousarray(stacked.transpose(0, 2, 1))  # a cast's numbers side by side
 
     def __call__(self, t: Array, rows: Rows) -> tuple[Array, Array, Array]:
         """See `HandPath`."""
-        T, last = self.period, len(self.places) - 2
-        k = np.clip((t / T).astype(int), 0, last)
-        u = t / T - k
-        p, p_next = (self.places[k + i, :, rows].T for i in (0, 1))
-        v, v_next = (self.velocities[k + i, :, rows].T * T for i in (0, 1))
-        change = p_next - p
+        last = len(self._samples) - 1
+        at = np.minimum(t / self.period, last)
+        k = np.minimum(at.astype(int), last - 1)
+        u = at - k
+        before, after = self._samples[k, rows].T, self._samples[k + 1, rows].T
+        p, v, change = before[:2], before[2:4], after[:2] - before[:2]
         # Newton's form: p + u v + u^2 (bend + u twist).
-        bend, twist = 3 * change - 2 * v - v_next, v + v_next - 2 * change
+        bend, twist = 3 * change - 2 * v - after[2:4], v + after[2:4] - 2 * change
         place = p + u * (v + u * (bend + u * twist))
-        velocity = (v + u * (2 * bend + 3 * u * twist)) / T
-        acceleration = (2 * bend + 6 * u * twist) / T**2
-        is_over = u > 1
-        return (
-            np.where(is_over, p_next, place),
-            np.where(is_over, 0.0, velocity),
-            np.where(is_over, 0.0, acceleration),
-        )
+        velocity = (v + u * (2 * bend + 3 * u * twist)) / self.period
+        moves = at < last
+        return place, moves * velocity, moves * (before[4:] + u * (after[4:] - before[4:]))
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,11 +17,14 @@ from wam_cast.motion.pendulum import string_matrices
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array
 
-STEP = 0.002
+STEP = 0.004
 """Of the integration [s]."""
 
+N_SECANTS = 8
+"""With which the time of an event is found in a step."""
+
 N_HALVINGS = 30
-"""Of a step in which an event is sought."""
+"""With which a crossing of the rim plane is."""
 
 LEAST_SHARE = 1e-3
 """Of a step that is taken to an event, so that time goes on."""
@@ -109,16 +112,26 @@ class PointMass:
     def advanced(self, balls: Balls, rows: Rows, step: float = STEP) -> Balls:
         """Return the balls of the casts `rows` a step [s] later, or where the string went slack or taut on the way."""
         after = self._moved(balls, rows, np.full(len(rows), step))
-        found = np.flatnonzero(self._is_over(after, rows))
+        found = np.flatnonzero(self._excess(after, rows) > 0)
         if not len(found):
             return after
         before, of_event = balls.of(found), rows[found]
-        low, high = np.full(len(found), LEAST_SHARE * step), np.full(len(found), step)
-        for _ in range(N_HALVINGS):
-            middle = 0.5 * (low + high)
-            is_over = self._is_over(self._moved(before, of_event, middle), of_event)
-            low, high = np.where(is_over, low, middle), np.where(is_over, middle, high)
-        return after.with_rows(found, self._switched(self._moved(before, of_event, high), of_event))
+        h = self._time_of_event(before, of_event, step)
+        return after.with_rows(found, self._switched(self._moved(before, of_event, h), of_event))
+
+    def _time_of_event(self, balls: Balls, rows: Rows, step: float) -> Array:
+        """Return when, within a step [s], strings can no longer be as they are: by the Illinois method, (n,)."""
+        low, high = np.full(len(rows), LEAST_SHARE * step), np.full(len(rows), step)
+        below, above = (self._excess(self._moved(balls, rows, h), rows) for h in (low, high))
+        is_late = below >= 0
+        for _ in range(N_SECANTS):
+            h = np.where(is_late, low, high - above * (high - low) / np.where(is_late, 1.0, above - below))
+            value = self._excess(self._moved(balls, rows, h), rows)
+            is_over = value > 0
+            # An end that stays counts half, lest it stay for ever.
+            below, above = np.where(is_over, below / 2, value), np.where(is_over, value, above / 2)
+            low, high = np.where(is_over, low, h), np.where(is_over, h, high)
+        return np.where(is_late, LEAST_SHARE * step, high)
 
     def tension(self, balls: Balls, rows: Rows) -> Array:
         """Return what a taut string would have to pull the ball with, by its mass [m/s^2], (n,)."""
@@ -132,9 +145,9 @@ class PointMass:
         hand, _, _ = self._path(balls.t, rows)
         return np.asarray(self._swing.length - np.hypot(*(balls.place - hand)))
 
-    def _is_over(self, balls: Balls, rows: Rows) -> NDArray[np.bool_]:
-        """Return whose string can no longer be as it is."""
-        return np.where(balls.is_taut, self.tension(balls, rows) < 0, self.slack(balls, rows) < 0)
+    def _excess(self, balls: Balls, rows: Rows) -> Array:
+        """Return what is above zero where a string can no longer be as it is, (n,)."""
+        return -np.where(balls.is_taut, self.tension(balls, rows), self.slack(balls, rows))
 
     def _switched(self, balls: Balls, rows: Rows) -> Balls:
         """Return the balls after their strings went slack, or were pulled tight, where they hold if they are pulled still."""

@@ -7,7 +7,8 @@ from typing import Any, Self
 import numpy as np
 import pandas as pd
 
-from wam_cast.adaptation.planar_arm import PlannedPath, move_arm
+from wam_cast.adaptation.hand_path import PlannedPath
+from wam_cast.adaptation.planar_arm import move_arm
 from wam_cast.adaptation.point_mass import Swing, fall
 from wam_cast.cast import PARAMETERS
 from wam_cast.generation.sampling import sample_casts
@@ -29,7 +30,7 @@ simulation, see `benchmarks/from_nothing.py`. It is what a real string does on i
 def closed_form_casts(scenario: Scenario, casts: Array) -> pd.DataFrame:
     """Return what becomes of casts `[distance, speed, wait]`, shape (n, 3), by the closed form.
 
-    The arm moves as its controller moves it, without saturation, and pulls a straight string with the ball on it, which swing as one rigid
+    The arm moves as its controller moves it, without saturation. As long as the string is taut it swings with the ball as one rigid
     body; a slack string has no mass. The frame has the columns of a dataset, see `.CastDataset`, that are learned from.
     """
     planned, arm = PlannedPath(scenario, casts), move_arm(scenario, casts)

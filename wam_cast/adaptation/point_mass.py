@@ -1,8 +1,8 @@
 """A ball on a massless inextensible string, taut or slack, whose upper end follows a given path: where it comes down.
 
-In the casting plane, for many casts at once, without Drake or JAX. While the string is taut the ball swings as a pendulum; where its
-tension would be negative the ball flies on a parabola, until the string is as long as it can be again: then the ball loses the velocity
-with which it would go on to stretch it.
+In the casting plane, for many casts at once, without Drake or JAX. While the string is taut the ball swings as a pendulum; where
+its tension would be negative the ball flies on a parabola, until the string is as long as it can be again: then the ball loses the
+velocity with which it would go on to stretch it.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from wam_cast.adaptation.planar_arm import HandPath, Rows
+from wam_cast.adaptation.hand_path import HandPath, Rows
 from wam_cast.motion.pendulum import string_matrices
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array
@@ -49,7 +49,7 @@ class Swing(NamedTuple):
 
     @classmethod
     def of(cls, scenario: Scenario) -> Self:
-        """Return how a scenario's string and ball swing, straight as one rigid body: the string's mass and the ball's size count."""
+        """Return how a scenario's string and ball swing, straight as one rigid body: with the string's mass and the ball's size."""
         inertia, damping, stiffness = (float(matrix.sum()) for matrix in string_matrices(scenario))
         return cls(scenario.string.length, scenario.gravity * inertia / stiffness, damping / inertia, scenario.gravity)
 
@@ -137,8 +137,8 @@ class PointMass:
         """Return what a taut string would have to pull the ball with, by its mass [m/s^2], (n,)."""
         _, _, acceleration = self._path(balls.t, rows)
         along, _ = _directions(balls.angle)
-        upward = acceleration + [[0.0], [self._swing.gravity]]
-        return np.asarray(self._swing.length * balls.rate**2 - (upward * along).sum(axis=0))
+        needed = (acceleration * along).sum(axis=0) + self._swing.gravity * along[1]
+        return np.asarray(self._swing.length * balls.rate**2 - needed)
 
     def slack(self, balls: Balls, rows: Rows) -> Array:
         """Return by how much hand and ball are closer than the string is long [m], (n,)."""
@@ -230,7 +230,10 @@ def _crossing(before: Balls, after: Balls, height: float) -> Balls:
     """Return balls on the cubics between two states, where they come down through a height [m]."""
     T = after.t - before.t
     change = after.place - before.place
-    bend, twist = 3 * change - T * (2 * before.velocity + after.velocity), T * (before.velocity + after.velocity) - 2 * change
+    bend, twist = (
+        3 * change - T * (2 * before.velocity + after.velocity),
+        T * (before.velocity + after.velocity) - 2 * change,
+    )
     low, high = np.zeros_like(T), np.ones_like(T)
     for _ in range(N_HALVINGS):
         u = 0.5 * (low + high)

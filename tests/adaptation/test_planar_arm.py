@@ -14,7 +14,23 @@ from wam_cast.motion.stages import CastMotion
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.simulator import CastSimulator
 
-MOUNTS = {"ceiling": Scenario(), "floor": Scenario.from_dict({"arm": {"mount": "floor", "mount_height": 0.4}})}
+MOUNTS = {
+    "ceiling": Scenario(),
+    "floor": Scenario.from_dict(
+        {
+            "arm": {"mount": "floor", "mount_height": 0.0},
+            "motion": {"start_radius": 0.40, "start_height": 0.85},
+            "bounds": {"distance": [0.05, 0.33]},
+        }
+    ),
+    "wall": Scenario.from_dict(
+        {
+            "arm": {"mount": "wall", "mount_height": 1.2},
+            "motion": {"start_radius": 0.4, "start_height": 0.85},
+            "bounds": {"distance": [0.05, 0.3]},
+        }
+    ),
+}
 
 FRICTIONLESS = {"arm": {"viscous_friction_scale": 0.0}}
 

@@ -169,7 +169,7 @@ def move_arm(scenario: Scenario, casts: Array) -> ArmMotion:
             middle = rate + h / 2 * arm.acceleration(phi, rate, command)
             change = h * arm.acceleration(phi + h / 2 * rate, middle, command)
             phi, rate = phi + h * middle, rate + change
-    return ArmMotion(SampledPath(period, np.array(places), np.array(velocities)), *peaks, is_within)
+    return ArmMotion(SampledPath(period, np.array(places), np.array(velocities)), peaks[0], peaks[1], is_within)
 
 
 def _in_plane(vector: Array) -> Array:

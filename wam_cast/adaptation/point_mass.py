@@ -87,11 +87,11 @@ class Balls(NamedTuple):
 
     def of(self, rows: Rows) -> Balls:
         """Return some of them."""
-        return Balls(*(values[..., rows] for values in self))
+        return Balls._make(values[..., rows] for values in self)
 
     def with_rows(self, rows: Rows, balls: Balls) -> Balls:
         """Return all of them, some of them replaced."""
-        replaced = Balls(*(values.copy() for values in self))
+        replaced = Balls._make(values.copy() for values in self)
         for values, new in zip(replaced, balls, strict=True):
             values[..., rows] = new
         return replaced

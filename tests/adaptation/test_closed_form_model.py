@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import wam_cast as wc
-from wam_cast.adaptation.closed_form_model import ERROR_SHARE, ClosedFormModel, closed_form_casts
+from wam_cast.adaptation.closed_form_model import ClosedFormModel, closed_form_casts, closed_form_std
 from wam_cast.batch.engine import simulate_batch
 from wam_cast.errors import InputError
 from wam_cast.generation.sampling import sample_casts
@@ -19,8 +19,9 @@ def _model():
 
 LABORATORIES = {
     "reference": {},
-    "short string": {"string": {"length": 0.4}, "motion": {"start_height": 0.62, "drop_distance": 0.4}},
+    "short string": {"string": {"length": 0.45}, "motion": {"drop_distance": 0.44}},
     "heavy ball": {"ball": {"mass": 0.1}},
+    "hasty drop": {"motion": {"drop_duration": 0.35}},
     "soft gains": {"controller": {"kp": 3000.0, "kd": 180.0}},
     "on the floor": {
         "arm": {"mount": "floor", "mount_height": 0.0},
@@ -39,11 +40,12 @@ LABORATORIES = {
 @pytest.mark.parametrize("name", LABORATORIES)
 def test_landings_are_those_of_the_batched_engine_within_a_hundredth_of_the_string(name):
     scenario = Scenario.from_dict(LABORATORIES[name])
-    casts = sample_casts(scenario, 60, seed=21)
+    casts = sample_casts(scenario, 40, seed=21)
     simulated, found = simulate_batch(scenario, casts), closed_form_casts(scenario, casts)
-    has_landed = simulated["status"] == "landed"
+    assert (found["status"] == simulated["status"]).all()
+    has_landed = simulated["landing_along"].notna()
     off = (found["landing_along"] - simulated["landing_along"])[has_landed] / scenario.string.length
-    assert has_landed.mean() > 0.9
+    assert has_landed.all()
     assert np.sqrt(np.mean(off**2)) < 0.01
     for peak in ("peak_torque_utilization", "peak_velocity_utilization"):
         np.testing.assert_allclose(found[peak][has_landed], simulated[peak][has_landed], atol=0.02)
@@ -85,7 +87,7 @@ def test_it_is_a_predictor_whose_gradients_are_those_of_its_predictions(model):
         np.testing.assert_allclose(at.std_gradient, stds, rtol=1e-3, atol=1e-6)
         landing, slope = model.landing_with_gradient(cast[np.newaxis])
         np.testing.assert_allclose([landing[0], *slope[0]], [at.outputs[ALONG], *at.gradient[ALONG]], rtol=1e-9)
-        assert at.std > ERROR_SHARE * scenario.string.length
+        assert at.std > closed_form_std(scenario)
         assert at.outputs[ACROSS] == 0
     assert model.training_outputs.shape == (len(model.training_casts), len(OUTPUTS))
 

@@ -23,9 +23,9 @@ N_CASTS = 680
 """Of the closed form that the model is fitted to: 520 to train with."""
 
 ERROR_SHARE, ERROR_SHARE_BY_MASS = 0.0015, 0.035
-"""Standard deviation of the closed form's own error by the string's length: the first, and the second by the ratio of the string's mass
-to the ball's, since a slack string has no mass here. Halves of what held 95 % of simulated landings of ratios from 0.01 to 0.3; where
-a string is slack before the drop, as of long fast moves under little gravity, errors are several times as large."""
+"""Standard deviation of the closed form's own error, by the string's length: the first, and the second times the string's mass over
+the ball's, since a slack string has no mass here. Two of it held about 95 % of simulated landings at ratios from 0.01 to 0.3. Where
+a string goes slack before the drop, as of fast moves under little gravity or of short strings, errors are several times as large."""
 
 
 def closed_form_casts(scenario: Scenario, casts: Array) -> pd.DataFrame:

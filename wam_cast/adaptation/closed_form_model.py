@@ -25,7 +25,7 @@ N_CASTS = 680
 ERROR_SHARE, ERROR_SHARE_BY_MASS = 0.0015, 0.035
 """Standard deviation of the closed form's own error, by the string's length: the first, and the second times the string's mass over
 the ball's, since a slack string has no mass here. Two of it held about 95 % of simulated landings at ratios from 0.01 to 0.3. Where
-a string goes slack before the drop, as in fast moves under little gravity or with short strings, errors are several times larger."""
+a string is slack before the drop, as in fast moves under little gravity or with short strings, errors are several times as big."""
 
 
 def closed_form_casts(scenario: Scenario, casts: Array) -> pd.DataFrame:

@@ -21,10 +21,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from wam_cast.adaptation.closed_form_model import ClosedFormModel
-from wam_cast.adaptation.hand_path import HandPath, PlannedPath
-from wam_cast.adaptation.planar_arm import move_arm
-from wam_cast.adaptation.point_mass import Swing, fall
+from wam_cast.adaptation.closed_form.closed_form_model import ClosedFormModel
+from wam_cast.adaptation.closed_form.hand_path import HandPath, PlannedPath
+from wam_cast.adaptation.closed_form.planar_arm import move_arm
+from wam_cast.adaptation.closed_form.point_mass import Swing, fall
 from wam_cast.batch.engine import simulate_batch
 from wam_cast.cast import cast_bounds
 from wam_cast.cli.terminal import out, print_table

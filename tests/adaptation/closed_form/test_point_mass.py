@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from wam_cast.adaptation.hand_path import PlannedPath
-from wam_cast.adaptation.point_mass import PointMass, Swing, fall
+from wam_cast.adaptation.closed_form.hand_path import PlannedPath
+from wam_cast.adaptation.closed_form.point_mass import PointMass, Swing, fall
 from wam_cast.generation.sampling import sample_casts
 from wam_cast.motion.pendulum import swing_frequency
 from wam_cast.scenario import Scenario

@@ -7,9 +7,9 @@ from typing import Any, Self
 import numpy as np
 import pandas as pd
 
-from wam_cast.adaptation.hand_path import PlannedPath
-from wam_cast.adaptation.planar_arm import move_arm
-from wam_cast.adaptation.point_mass import Swing, fall
+from wam_cast.adaptation.closed_form.hand_path import PlannedPath
+from wam_cast.adaptation.closed_form.planar_arm import move_arm
+from wam_cast.adaptation.closed_form.point_mass import Swing, fall
 from wam_cast.cast import PARAMETERS
 from wam_cast.generation.sampling import sample_casts
 from wam_cast.learning.dataset import CastDataset

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from wam_cast.adaptation.hand_path import PlannedPath, SampledPath
+from wam_cast.adaptation.closed_form.hand_path import PlannedPath, SampledPath
 from wam_cast.arm.arm_chain import FRICTION_SPEED, arm_chain
 from wam_cast.arm.posture import base_rotation, frames, starting_posture
 from wam_cast.scenario import Scenario

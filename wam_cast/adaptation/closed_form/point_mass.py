@@ -12,7 +12,7 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from wam_cast.adaptation.hand_path import HandPath, Rows
+from wam_cast.adaptation.closed_form.hand_path import HandPath, Rows
 from wam_cast.motion.pendulum import string_matrices
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import wam_cast as wc
-from wam_cast.adaptation.closed_form_model import ClosedFormModel, closed_form_casts, closed_form_std
+from wam_cast.adaptation.closed_form.closed_form_model import ClosedFormModel, closed_form_casts, closed_form_std
 from wam_cast.batch.engine import simulate_batch
 from wam_cast.errors import InputError
 from wam_cast.generation.sampling import sample_casts

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import wam_cast as wc
-from wam_cast.adaptation.hand_path import PlannedPath, SampledPath
-from wam_cast.adaptation.planar_arm import MOVING, PlanarArm, move_arm
+from wam_cast.adaptation.closed_form.hand_path import PlannedPath, SampledPath
+from wam_cast.adaptation.closed_form.planar_arm import MOVING, PlanarArm, move_arm
 from wam_cast.arm.arm_chain import arm_chain
 from wam_cast.arm.posture import base_rotation, frame_origins, mass_matrix, starting_posture
 from wam_cast.cast import Cast

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Literal, get_args
 
 from wam_cast.adaptation.adaptive_model import AdaptiveModel
 from wam_cast.adaptation.closed_form.closed_form_model import ClosedFormModel
 from wam_cast.adaptation.priors.feature_priors import Affine, NoOffset, Shift, SmoothOffset
+from wam_cast.adaptation.priors.offset import OffsetPrior
 from wam_cast.adaptation.robot_distribution import RobotDistribution
 from wam_cast.errors import InputError, quoted
 from wam_cast.planning.prediction import Predictor
+from wam_cast.scenario import Scenario
 
 AdaptationMethod = Literal["nominal", "shift", "affine", "residual", "closed form", "prior"]
 
@@ -39,11 +42,12 @@ def adaptive_model(
         If there is no such method, or as from `.AdaptiveModel.from_prior`.
     """
     scenario = robots.believed
+    prior: OffsetPrior
     match method:
         case "prior":
             return AdaptiveModel.from_prior(robots, believed)
         case "closed form":
-            return AdaptiveModel(ClosedFormModel.of(scenario), SmoothOffset(scenario, robots.scale))
+            return AdaptiveModel(_closed_form(scenario), SmoothOffset(scenario, robots.scale))
         case "nominal":
             prior = NoOffset(scenario)
         case "shift":
@@ -55,3 +59,9 @@ def adaptive_model(
         case _:
             raise InputError(f"method: {quoted(method)} is not known: choose {', '.join(ADAPTATION_METHODS)}")
     return AdaptiveModel.with_offset(robots, prior, believed)
+
+
+@lru_cache(maxsize=2)
+def _closed_form(scenario: Scenario) -> ClosedFormModel:
+    """Return the model that takes seconds to make."""
+    return ClosedFormModel.of(scenario)

@@ -10,7 +10,7 @@ from wam_cast.adaptation.adaptive_model import AdaptiveModel
 from wam_cast.adaptation.priors.filling import filling_casts
 from wam_cast.adaptation.robot import LANDING_STD
 from wam_cast.cast import Cast
-from wam_cast.casting_plane import from_polar
+from wam_cast.casting_plane import from_polar, to_polar
 from wam_cast.errors import checked_integer
 from wam_cast.planning.plan import plan_cast
 from wam_cast.planning.prediction import PEAK_TORQUE_UTILIZATION, PEAK_VELOCITY_UTILIZATION, SLACK
@@ -21,10 +21,10 @@ N_CANDIDATES = 256
 """Casts, evenly over the bounds, of which the best is chosen."""
 
 N_RADII = 7
-"""Cups over the reach that stand for the floor, at each bearing."""
+"""Cups over the reach that stand for the floor, at each of three bearings."""
 
 BEARING_SHARES = (-0.7, 0.0, 0.7)
-"""Bearings, as shares of how far joint 1 turns, at which casts are practised and the floor is looked at."""
+"""Their bearings, as shares of how far joint 1 turns."""
 
 MOST_UTILIZATION = 0.98
 """Of a cast that is worth practising, as of a plan."""
@@ -49,7 +49,7 @@ def choose_practice(model: AdaptiveModel, n_casts: int, cups: Sequence[Position]
     n_casts
         How many, 1 at least.
     cups
-        World (x, y) [m] of the cups that are wanted; by default the whole floor that the model reaches.
+        World (x, y) [m] of the cups that are wanted, in whose directions is practised; by default some all over the floor.
 
     Raises
     ------
@@ -57,9 +57,8 @@ def choose_practice(model: AdaptiveModel, n_casts: int, cups: Sequence[Position]
         If the number is none, or a cup is out of reach.
     """
     checked_integer("n_casts", n_casts, 1)
-    reach = Reach.of(model)
-    bearings = [share * (reach.highest if share > 0 else -reach.lowest) for share in BEARING_SHARES]
-    wanted = _floor(reach, bearings) if cups is None else cups
+    wanted = _floor(Reach.of(model)) if cups is None else cups
+    bearings = sorted({to_polar(cup)[1] for cup in wanted})
     goals = np.concatenate([_components(model, plan_cast(model, cup).cast) for cup in wanted])
     casts = _candidates(model)
     features = np.concatenate([model.toward(bearing).landing_components(casts) for bearing in bearings])
@@ -76,9 +75,10 @@ def choose_practice(model: AdaptiveModel, n_casts: int, cups: Sequence[Position]
     return chosen
 
 
-def _floor(reach: Reach, bearings: Sequence[float]) -> list[Position]:
+def _floor(reach: Reach) -> list[Position]:
     """Return cups all over the floor."""
     radii = np.linspace(reach.nearest, reach.farthest, N_RADII + 2)[1:-1]
+    bearings = [share * (reach.highest if share > 0 else -reach.lowest) for share in BEARING_SHARES]
     return [from_polar(float(radius), bearing) for bearing in bearings for radius in radii]
 
 

@@ -17,6 +17,7 @@ class Purpose(IntEnum):
     CUPS = 4
     SEARCH = 5
     MAP = 6
+    ROBOTS = 7
 
 
 def derived_seed(seed: int, purpose: Purpose, index: int = 0) -> int:

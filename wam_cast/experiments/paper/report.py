@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import base64
 import json
 import math
 import platform
-import re
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
-from markdown_it import MarkdownIt
 
 from wam_cast.cast import PARAMETERS, cast_bounds
 from wam_cast.experiments.frames import Record
+from wam_cast.experiments.html_page import render_html
 from wam_cast.experiments.paper import published as paper
 from wam_cast.experiments.paper.findings import Findings, clear_radius
 from wam_cast.experiments.paper.report_figures import CAPTIONS
@@ -159,20 +157,6 @@ def explain(trial: Record, scenario: Scenario, others: str = "the model") -> str
     )
 
 
-def render_html(markdown: str, folder: Path) -> str:
-    """Return one page with all of the report in it, its figures included; they are read from `folder`."""
-    # Links to files beside the page would break when it is moved.
-    markdown = re.sub(r" \(\[PDF\]\([^)]*\)\)|(?<=\[results\.json\])\(results\.json\)", "", markdown)
-    body = MarkdownIt("commonmark").enable("table").render(markdown)
-    body = re.sub(r'(?<=src=")figures/[^"]+\.png(?=")', lambda match: _data_uri(folder / match[0]), body)
-    title = markdown.splitlines()[0].lstrip("# ")
-    return (
-        f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{title}</title>\n'
-        f'<meta name="viewport" content="width=device-width, initial-scale=1">\n<style>{_STYLE}</style>\n'
-        f"</head>\n<body>\n{body}</body>\n</html>\n"
-    )
-
-
 def _signed_mm(value: float) -> str:
     # Adding 0 turns a rounded -0 into 0.
     return f"{round(1e3 * value, 1) + 0:+.1f}"
@@ -201,20 +185,3 @@ def _listing(words: Iterable[str]) -> str:
     """Return words as a sentence lists them: a, b and c."""
     *first, last = map(str, words)
     return f"{', '.join(first)} and {last}" if first else last
-
-
-def _data_uri(path: Path) -> str:
-    return f"data:image/png;base64,{base64.b64encode(path.read_bytes()).decode()}"
-
-
-_STYLE = """
-body { font: 16px/1.5 system-ui, sans-serif; color: #26292e; background: #fff; }
-body { max-width: 60rem; margin: 2rem auto; padding: 0 1rem; }
-h1, h2, h3 { line-height: 1.2; margin-top: 2.2rem; }
-table { border-collapse: collapse; margin: 1rem 0; font-size: 0.92em; display: block; overflow-x: auto; }
-th, td { padding: 0.3rem 0.7rem; border-bottom: 1px solid #d5d9de; text-align: left; vertical-align: top; }
-th { border-bottom: 2px solid #26292e; }
-img { max-width: 100%; height: auto; display: block; margin: 1.5rem auto 0.5rem; }
-code, pre { font-family: ui-monospace, monospace; font-size: 0.92em; background: #f0f3f7; }
-pre { padding: 0.7rem; overflow-x: auto; }
-"""

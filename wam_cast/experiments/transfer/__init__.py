@@ -1,0 +1,1 @@
+"""The experiment on robots that nobody told it about."""

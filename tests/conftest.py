@@ -239,6 +239,56 @@ def floor_without_physics(monkeypatch):
 
 
 @pytest.fixture(scope="session")
+def robots_by_formula():
+    """Return what is believed of robots whose landings are off the reference's by two smooth shapes, and `landing(cast)` of one."""
+    # Most tests need none of what these import.
+    from wam_cast.adaptation.adaptive_model import AdaptiveModel
+    from wam_cast.adaptation.landing_ensemble import LandingEnsemble
+    from wam_cast.adaptation.landing_prior import LandingPrior
+    from wam_cast.cast import cast_bounds
+    from wam_cast.casting_plane import from_casting_plane
+    from wam_cast.learning.reference import reference_model
+    from wam_cast.scenario import Scenario
+
+    lower, upper = cast_bounds(Scenario())
+
+    def offsets(casts, weights):
+        distance, speed, wait = ((casts - lower) / (upper - lower)).T
+        along = 0.03 * weights[0] * (1 + distance) + 0.02 * weights[1] * np.cos(2 * speed) * (1 - wait)
+        return np.stack([along, 0.004 * weights[1] + 0.001 * weights[0] * speed], axis=-1)
+
+    def landing(cast):
+        x = cast.to_array()[np.newaxis]
+        along, across = reference_model().predict(x)[0, :2] + offsets(x, (1.5, -1.0))[0]
+        return from_casting_plane(along, across, cast.bearing)
+
+    rng = np.random.default_rng(0)
+    casts, weights = rng.uniform(lower, upper, size=(60, 3)), rng.standard_normal((30, 2))
+    by_tilt = np.stack([np.full((60, 2), [0.3, 0.0]), np.full((60, 2), [0.0, 0.5])])
+    ensemble = LandingEnsemble(casts, np.array([offsets(casts, one) for one in weights]), by_tilt, tilt_std=0.003)
+    return SimpleNamespace(model=AdaptiveModel(reference_model(), LandingPrior(Scenario(), ensemble)), landing=landing)
+
+
+@pytest.fixture
+def robot_by_formula(monkeypatch, robots_by_formula):
+    """Let simulated robots land where a formula says, with 1 mm of noise, and be caught within 15 mm; return the casts made."""
+    from wam_cast.adaptation import robot
+    from wam_cast.simulation.outcome import Status
+
+    made = []
+
+    def simulate(truth, cast, cup, *, belief, noise_seed):
+        made.append(cast)
+        landing = robots_by_formula.landing(cast) + 0.001 * np.random.default_rng(noise_seed).standard_normal(2)
+        is_caught = math.dist(landing, cup) < 0.015
+        status = Status.CAUGHT if is_caught else Status.LONG
+        return SimpleNamespace(landing=landing, is_caught=is_caught, status=status, limits_hit=())
+
+    monkeypatch.setattr(robot, "simulate_cast", simulate)
+    return made
+
+
+@pytest.fixture(scope="session")
 def browser():
     """Return a headless Chromium, driven by Playwright; without one the test is skipped."""
     executable = next(filter(None, map(shutil.which, BROWSERS)), None)

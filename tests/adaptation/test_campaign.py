@@ -68,8 +68,12 @@ class Answers:
 
 def same(one, other):
     pd.testing.assert_frame_equal(one.casts, other.casts, check_exact=True)
-    np.testing.assert_array_equal(one.model.weights, other.model.weights)
-    np.testing.assert_array_equal(one.model.covariance, other.model.covariance)
+    same_belief(one.model, other.model)
+
+
+def same_belief(one, other):
+    for cast in one.training_casts[:3]:
+        np.testing.assert_equal(one.linearize(cast)._asdict(), other.linearize(cast)._asdict())
 
 
 def test_it_learns_what_the_robot_is_and_then_catches(run, monkeypatch):
@@ -203,7 +207,7 @@ def test_a_ball_that_never_came_down_is_a_row_and_teaches_nothing(run, tmp_path)
 def test_what_is_learned_is_of_the_cast_that_was_made(run, model):
     made = Cast(0.2, 0.5, 0.3, 0.1)
     seen = run(1, robot=Answers(cast=made))
-    np.testing.assert_array_equal(seen.model.weights, model.observe([made], [[0.7, 0.0]]).weights)
+    same_belief(seen.model, model.observe([made], [[0.7, 0.0]]))
 
 
 @pytest.mark.parametrize(

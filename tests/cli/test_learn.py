@@ -1,7 +1,9 @@
 """`wam-cast learn` as its user meets it; what a campaign does is tested with the campaign itself."""
 
 import json
+import re
 import shlex
+from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -111,6 +113,10 @@ def test_json_is_the_log(cli, folder):
         for name in ("number", "miss", "status", "is_caught", "is_feasible", "reason", "landing_std"):
             assert one[name] == row[name]
         assert one["predicted_miss"] < 1e-3
+    page = (Path(wc.__file__).parents[1] / "docs" / "command_line.md").read_text(encoding="utf-8")
+    _, section = page.split("`learn --json` prints one object")
+    explained = re.findall(r"`(\w+)`", section.split("```")[0])
+    assert {*record, *record["casts"][0]} <= set(explained)
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, OSError("bus off")], ids=["Ctrl-C", "fault"])

@@ -20,12 +20,13 @@ def robots(folder, monkeypatch, robots_by_formula, robot_by_formula):
     """Write a robot's file; it casts by formula, and what is believed of it needs no simulation. Return the beliefs asked for."""
     asked = []
 
-    def from_prior(robots):
+    def from_prior(robots, believed):
+        assert believed.scenario == robots.believed
         asked.append(robots.believed)
         return robots_by_formula.model
 
     (folder / "robot.yaml").write_text("string: {length: 0.61}\nnoise: {swing: 0.005}\n", encoding="utf-8")
-    (folder / "belief.yaml").write_text("ball: {mass: 0.031}\n", encoding="utf-8")
+    (folder / "belief.yaml").write_text("cup: {restitution: 0.6}\n", encoding="utf-8")
     monkeypatch.setattr(AdaptiveModel, "from_prior", from_prior, raising=False)
     return asked
 
@@ -154,6 +155,8 @@ def test_what_is_believed_is_the_reference_with_the_robots_noise_or_what_is_said
         ((*WORDS, "--cup", "3"), ["out of reach"]),
         ((*WORDS, "--robot", "none.yaml"), ["scenario none.yaml"]),
         ((*WORDS, "--scenario", "none.yaml"), ["scenario none.yaml"]),
+        ((*WORDS, "--scenario", "robot.yaml"), ["scenario robot.yaml has no model yet", "wam-cast generate"]),
+        ((*WORDS, "--model", "none.model"), ["none.model", "wam-cast fit"]),
         ((*WORDS, "--out", "robot.yaml"), ["robot.yaml", "choose a directory"]),
         ((*WORDS, "--out", "."), [". holds belief.yaml and no campaign"]),
     ],

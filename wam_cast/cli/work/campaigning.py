@@ -46,6 +46,8 @@ def learn(
             help="What the robot is believed to be; default: the reference scenario, with the robot's noise.",
         ),
     ] = None,
+    model: options.Model = None,
+    train: options.Train = False,
     seed: Annotated[int, typer.Option(min=0, help="Draws the robot's noise, and that of what is observed.")] = 0,
     as_json: options.AsJson = False,
 ) -> None:
@@ -63,10 +65,13 @@ def learn(
 
     cups = [parse_cup(text) for text in cup]
     truth = wc.Scenario.from_yaml(robot)
-    belief = wc.Scenario(noise=truth.noise) if scenario is None else wc.Scenario.from_yaml(scenario)
     CampaignDirectory.is_begun(directory)
+    belief, forward = model_choice.scenario_and_model(scenario, model, train)
+    if scenario is model is None:
+        belief = belief.model_copy(update={"noise": truth.noise})
+        forward = forward.bound_to(belief)
     with progress("learning what robots like it do"):
-        model = AdaptiveModel.from_prior(RobotDistribution(belief))
+        prior = AdaptiveModel.from_prior(RobotDistribution(belief), forward)
     rows: list[Row] = []
     table = None if as_json else GrowingTable(COLUMNS)
 
@@ -78,7 +83,7 @@ def learn(
     try:
         campaign = run_campaign(
             SimulatedRobot(truth, belief, seed=seed),
-            model,
+            prior,
             cups,
             casts,
             directory,
@@ -87,7 +92,7 @@ def learn(
         )
     except (KeyboardInterrupt, MachineError):
         command = model_choice.command_line(
-            "learn", robot=robot, cup=cup, casts=casts, out=directory, scenario=scenario, seed=seed
+            "learn", robot=robot, cup=cup, casts=casts, out=directory, scenario=scenario, model=model, seed=seed
         )
         err.print(f"{len(rows)} of {casts} casts are kept in {directory}. Go on with: {command}")
         raise

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from wam_cast.adaptation.adaptive_model import AdaptiveModel
-from wam_cast.adaptation.landing_ensemble import LandingEnsemble
-from wam_cast.adaptation.landing_prior import LandingPrior
+from wam_cast.adaptation.interpolated_prior import InterpolatedPrior
+from wam_cast.adaptation.robot_ensemble import RobotEnsemble
 from wam_cast.cast import Cast, cast_bounds
 from wam_cast.errors import InputError
 from wam_cast.learning.reference import reference_model
@@ -20,11 +20,14 @@ def filling(n, seed):
 
 
 def shapes(casts):
-    """Return two smooth ways in which landings differ, (2, n, 2) [m]."""
+    """Return two smooth ways in which casts differ, (2, n, 7): the landing, and the entry angle that goes with the first."""
     distance, speed, wait = ((casts - LOWER) / (UPPER - LOWER)).T
     along = [0.01 * (1 + distance), 0.006 * np.cos(2 * speed) * (1 - wait)]
     across = [0.001 * speed, 0.002 * np.ones(len(casts))]
-    return np.stack([np.stack(pair, axis=-1) for pair in zip(along, across, strict=True)])
+    others = np.zeros((2, len(casts), 5))
+    others[0, :, 0] = 0.02
+    landings = np.stack([np.stack(pair, axis=-1) for pair in zip(along, across, strict=True)])
+    return np.concatenate([landings, others], axis=-1)
 
 
 def offsets(casts, weights):
@@ -34,9 +37,10 @@ def offsets(casts, weights):
 @pytest.fixture(scope="module")
 def prior():
     rng, casts = np.random.default_rng(0), filling(120, seed=1)
-    by_tilt = np.stack([np.full((120, 2), [0.3, 0.0]), np.full((120, 2), [0.0, 0.5])])
-    ensemble = LandingEnsemble(casts, offsets(casts, rng.standard_normal((60, 2))), by_tilt, tilt_std=0.003)
-    return LandingPrior(Scenario(), ensemble)
+    by_tilt = np.zeros((2, 120, 7))
+    by_tilt[0, :, ALONG], by_tilt[1, :, ACROSS] = 0.3, 0.5
+    ensemble = RobotEnsemble(casts, offsets(casts, rng.standard_normal((60, 2))), by_tilt, tilt_std=0.003)
+    return InterpolatedPrior.of_ensemble(Scenario(), ensemble)
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +50,7 @@ def model(prior):
 
 def landings_of_a_robot(casts, weights):
     """Return the world (x, y) of casts at bearing 0 of a robot whose offset is known, (n, 2)."""
-    return reference_model().predict(casts)[:, [ALONG, ACROSS]] + offsets(casts, weights[np.newaxis])[0]
+    return reference_model().predict(casts)[:, [ALONG, ACROSS]] + offsets(casts, weights[np.newaxis])[0, :, :2]
 
 
 def made(casts, bearing=0.0):
@@ -85,11 +89,11 @@ def test_it_becomes_surer_and_the_order_is_of_no_consequence(model):
     casts = filling(5, seed=7)
     places = landings_of_a_robot(casts, np.array([0.5, 0.5]))
     learned, reverse = model.observe(made(casts), places), model.observe(made(casts[::-1]), places[::-1])
-    np.testing.assert_allclose(learned.weights, reverse.weights, atol=1e-10)
-    np.testing.assert_allclose(learned.covariance, reverse.covariance, atol=1e-10)
+    np.testing.assert_allclose(learned.posterior.mean, reverse.posterior.mean, atol=1e-9)
+    np.testing.assert_allclose(learned.posterior.covariance, reverse.posterior.covariance, atol=1e-9)
     for x in filling(10, seed=8):
-        assert learned.linearize(x).std < model.linearize(x).std
-        assert learned.across_std(x) < model.across_std(x)
+        assert np.all((learned.predict_std(x[np.newaxis]) < model.predict_std(x[np.newaxis]))[0, :3])
+        assert learned.linearize(x).std == pytest.approx(learned.predict_std(x[np.newaxis])[0, ALONG])
 
 
 def test_derivatives_are_those_of_the_prediction(model):
@@ -109,12 +113,12 @@ def test_derivatives_are_those_of_the_prediction(model):
         np.testing.assert_allclose(gradient[0], found.gradient[ALONG], rtol=1e-6, atol=1e-9)
 
 
-def test_a_tilted_base_puts_casts_off_in_the_worlds_directions(model):
+def test_a_tilted_base_puts_casts_off_in_the_worlds_directions(model, prior):
     # About the world's x axis it moves landings along by 0.3 and about y across by 0.5 m/rad at bearing 0; the last two weights.
     turned = model.toward(np.pi / 2)
     for one, expected in ((model, [[0.0009, 0.0], [0.0, 0.0015]]), (turned, [[0.0, -0.0015], [0.0009, 0.0]])):
-        _, components = one._features(filling(5, seed=11), one.bearing)
-        np.testing.assert_allclose(components[:, -2:], np.broadcast_to(expected, (5, 2, 2)), atol=2e-5)
+        components = prior.predict(filling(5, seed=11), one.bearing).values[:, -2:, :2]
+        np.testing.assert_allclose(components, np.broadcast_to(expected, (5, 2, 2)), atol=2e-5)
 
 
 def test_the_direction_of_a_cast_does_not_change_what_it_shows(model):
@@ -123,7 +127,7 @@ def test_the_direction_of_a_cast_does_not_change_what_it_shows(model):
     turned = np.column_stack([np.cos(bearing) * x - np.sin(bearing) * y, np.sin(bearing) * x + np.cos(bearing) * y])
     ahead = model.observe(made(casts), np.column_stack([x, y]))
     aside = model.observe(made(casts, bearing), turned)
-    np.testing.assert_allclose(aside.weights[:2], ahead.weights[:2], atol=0.05)
+    np.testing.assert_allclose(aside.posterior.mean[:2], ahead.posterior.mean[:2], atol=0.05)
 
 
 def test_a_ball_that_never_came_down_teaches_nothing(model):

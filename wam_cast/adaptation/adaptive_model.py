@@ -1,47 +1,117 @@
-"""A forward model that learns from the casts of one robot: what is known of robots like it, and what this one has shown."""
+"""A forward model that learns from the casts of one robot: what is believed of robots like it, and what this one has shown."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import copy
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.linalg import cho_factor, cho_solve
 
-from wam_cast.adaptation.landing_prior import LandingPrior
+from wam_cast.adaptation.known_priors import prior_of
+from wam_cast.adaptation.offset import OffsetPrior
 from wam_cast.adaptation.robot import LANDING_STD
+from wam_cast.adaptation.robot_distribution import RobotDistribution
 from wam_cast.cast import Cast
 from wam_cast.errors import InputError, quoted
+from wam_cast.learning.reference import reference_model_for
 from wam_cast.planning.landing_distribution import scatter_of_move
-from wam_cast.planning.prediction import ACROSS, ALONG, Linearization, Predictor
+from wam_cast.planning.prediction import (
+    ACROSS,
+    ALONG,
+    PEAK_TORQUE_UTILIZATION,
+    PEAK_VELOCITY_UTILIZATION,
+    Linearization,
+    Predictor,
+)
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array, checks_types
+
+LANDING = [ALONG, ACROSS]
+PEAKS = [PEAK_TORQUE_UTILIZATION, PEAK_VELOCITY_UTILIZATION]
+
+PEAK_DEVIATIONS = 2.0
+"""Standard deviations that a predicted peak utilization lies above its mean: a robot that meets a limit stops short."""
+
+WIDTHS = (1.0, 1.5, 2.25, 3.4, 5.0)
+"""Among these is the factor of the prior's standard deviations that best explains what is observed: a robot may be farther from
+what is believed than those that the prior knows."""
+
+WIDTH_COST = 1.0
+"""By how much the logarithm of a width of e is less probable than a width of 1, before the first cast."""
+
+
+class Posterior(NamedTuple):
+    """Of an offset's weights: mean (n,) and covariance (n, n)."""
+
+    mean: Array
+    covariance: Array
+
+
+class _Seen(NamedTuple):
+    """Observed offsets: components (m, n_weights), what is seen beyond the mean (m,), and its variance but for the weights (m,)."""
+
+    components: Array
+    errors: Array
+    variances: Array
 
 
 class AdaptiveModel:
     """Predicts the landing of casts of one robot: the believed robot's, plus an offset with normally distributed weights.
 
     The weights' posterior given observed landings is that of Bayesian linear regression (Bishop, Pattern Recognition and Machine
-    Learning, Eq. 3.50 and 3.51), each landing with its own variance: of the measurement, of the noise, and of what the offset and
-    the believed robot's model leave. It is a `Predictor` for casts at one bearing, see `toward`; but for the landing its
-    predictions are the believed robot's.
+    Learning, Eq. 3.49 to 3.51), each landing with its own variance: of the measurement, of the noise, and of what offset and
+    believed model leave. How wide the prior is follows from the observations' evidence (his Eq. 3.86). It is a `Predictor` for
+    casts at one bearing, see `toward`. Peak utilizations are those that 98 % of such robots stay below.
 
     Attributes
     ----------
     bearing
         Of the casts that are predicted [rad].
-    weights, covariance
-        Mean and covariance of the offset's weights, (n,) and (n, n).
+    posterior
+        Of the weights.
     n_observed
         Landings that it has learned from.
     """
 
-    def __init__(self, believed: Predictor, prior: LandingPrior) -> None:
+    def __init__(self, believed: Predictor, prior: OffsetPrior) -> None:
         self._believed, self._prior = believed, prior
-        self.bearing, self.n_observed = 0.0, 0
-        self.weights: Array = np.zeros(prior.n_weights)
-        self.covariance: Array = np.eye(prior.n_weights)
+        self.bearing = 0.0
+        self._seen = _Seen(np.empty((0, prior.n_weights)), np.empty(0), np.empty(0))
+        self.posterior = _posterior(self._seen, 1.0)
+
+    @classmethod
+    @checks_types
+    def from_prior(cls, robots: RobotDistribution, believed: Predictor | None = None) -> Self:
+        """Return what is known of any robot of a distribution before its first cast.
+
+        The prior is learned from an ensemble of such robots, once: see `.prior_of`.
+
+        Parameters
+        ----------
+        robots
+            What the robot may be.
+        believed
+            The forward model of the robot that all are taken for; by default the shipped one, if it serves `robots.believed`.
+
+        Raises
+        ------
+        InputError
+            If there is no such model, it is another scenario's, or the prior has to be learned and cannot.
+        """
+        model = believed or reference_model_for(robots.believed)
+        if model is None:
+            raise InputError(
+                "believed: the shipped forward model does not serve these robots' scenario; give one that was fitted to it, "
+                "such as ForwardModel.load(FILE)"
+            )
+        if model.scenario.without_noise.fingerprint != robots.believed.without_noise.fingerprint:
+            raise InputError(
+                "believed: the model is of another scenario than robots.believed; give one that was fitted to it"
+            )
+        return cls(model, prior_of(robots))
 
     @property
     def scenario(self) -> Scenario:
@@ -55,13 +125,18 @@ class AdaptiveModel:
 
     @property
     def training_casts(self) -> Array:
-        """The believed robot's model's, where a search may start, shape (m, 3)."""
+        """The believed model's, where a search may start, shape (m, 3)."""
         return self._believed.training_casts
 
     @property
     def training_outputs(self) -> Array:
         """What this robot makes of them, shape (m, 7)."""
-        return self._offset(self._believed.training_outputs, self.training_casts)
+        return self._moved(self._believed.training_outputs, self.training_casts)
+
+    @property
+    def n_observed(self) -> int:
+        """Landings that it has learned from: each has two coordinates."""
+        return len(self._seen.errors) // 2
 
     def toward(self, bearing: float) -> Self:
         """Return the same model for casts at a bearing [rad]: a tilted base puts them off otherwise in each direction."""
@@ -94,71 +169,112 @@ class AdaptiveModel:
             )
         if not 0 <= std < np.inf:
             raise InputError(f"std = {std:g} m must be at least 0")
+        landed = [(cast, place) for cast, place in zip(casts, places, strict=True) if not np.isnan(place).any()]
         learned = copy(self)
-        for cast, place in zip(casts, places, strict=True):
-            if not np.isnan(place).any():
-                learned._learn(cast, place, std)
+        seen = [self._seen, *(self._observation(cast, place, std) for cast, place in landed)]
+        learned._seen = _Seen(*(np.concatenate(parts) for parts in zip(*seen, strict=True)))
+        learned.posterior = _posterior(learned._seen, _likeliest_width(learned._seen))
         return learned
 
-    def _learn(self, cast: Cast, place: Array, std: float) -> None:
-        """Update the weights by one landing."""
+    def _observation(self, cast: Cast, place: Array, std: float) -> _Seen:
+        """Return what one landing shows, along and across the casting plane."""
         x = cast.to_array()[:3]
         cosine, sine = np.cos(cast.bearing), np.sin(cast.bearing)
         in_plane = np.array([cosine * place[0] + sine * place[1], cosine * place[1] - sine * place[0]])
-        mean, features = self._features(x[np.newaxis], cast.bearing)
-        believed = self._believed.linearize(x)
-        error = in_plane - believed.outputs[[ALONG, ACROSS]] - mean[0] - features[0].T @ self.weights
+        values = self._prior.predict(x[np.newaxis], cast.bearing).values[0][:, LANDING].T
+        expected = self._believed.predict(x[np.newaxis])[0, LANDING] + values[:, 0]
+        return _Seen(values[:, 1:], in_plane - expected, std**2 + self.noise_variance(x))
+
+    def noise_variance(self, cast: Array) -> Array:
+        """Return the variance of one cast's landing along and across, (2,) [m^2], beyond that of the weights.
+
+        It is that of the scenario's noise, and of what offset and believed model leave.
+        """
         noise = self.scenario.noise
-        moved, _ = scatter_of_move(self._believed, x, noise)
-        common = std**2 + (noise.swing * self.scenario.string.length) ** 2 + self._prior.rest_std**2
-        variance = common + np.array([moved + believed.std**2, 0.0])
-        gain = (
-            self.covariance
-            @ features[0]
-            @ np.linalg.inv(features[0].T @ self.covariance @ features[0] + np.diag(variance))
-        )
-        self.weights = self.weights + gain @ error
-        self.covariance = self.covariance - gain @ features[0].T @ self.covariance
-        self.n_observed += 1
+        moved, _ = scatter_of_move(self._believed, cast, noise)
+        along = moved + self._believed.linearize(cast).std ** 2
+        rest = self._prior.predict(cast[np.newaxis], self.bearing).variance[0, LANDING]
+        return np.asarray(rest + (noise.swing * self.scenario.string.length) ** 2 + [along, 0.0])
+
+    def landing_components(self, casts: Array) -> Array:
+        """Return what each weight moves the landing along by [m], shape (n, n_weights), at casts of shape (n, 3)."""
+        return self._prior.predict(casts, self.bearing).values[:, 1:, ALONG]
 
     def predict(self, casts: Array) -> Array:
         """Return the prediction, shape (n, 7), for casts of shape (n, 3)."""
-        return self._offset(self._believed.predict(casts), casts)
+        return self._moved(self._believed.predict(casts), casts)
+
+    def predict_std(self, casts: Array) -> Array:
+        """Return the standard deviations of what is predicted, shape (n, 7), for casts of shape (n, 3).
+
+        The believed model's own error counts along the casting plane, where it is known; the noise of a cast does not.
+        """
+        offset = self._prior.predict(casts, self.bearing)
+        variance = offset.variance + self._variance_of_weights(offset.values)
+        variance[:, ALONG] += [self._believed.linearize(cast).std ** 2 for cast in casts]
+        return np.sqrt(variance)
 
     def linearize(self, cast: Array) -> Linearization:
         """Return the `.Linearization` about one cast, shape (3,)."""
-        believed = self._believed.linearize(cast)
-        values, slopes = self._prior.linearize(cast[np.newaxis], self.bearing)
-        weights = np.concatenate([[1.0], self.weights])
-        outputs, gradient = believed.outputs.copy(), believed.gradient.copy()
-        outputs[[ALONG, ACROSS]] += weights @ values[0]
-        gradient[[ALONG, ACROSS]] += np.einsum("c,cod->od", weights, slopes[0])
-        along, along_slope = values[0, 1:, 0], slopes[0, 1:, 0]
-        variance = believed.std**2 + along @ self.covariance @ along + self._prior.rest_std[0] ** 2
-        std = float(np.sqrt(variance))
-        slope = (believed.std * believed.std_gradient + along @ self.covariance @ along_slope) / std
-        return Linearization(outputs, gradient, std, slope)
+        believed, at = self._believed.linearize(cast), self._prior.linearize(cast[np.newaxis], self.bearing)
+        weights = np.concatenate([[1.0], self.posterior.mean])
+        outputs, gradient = believed.outputs + weights @ at.values[0], believed.gradient.copy()
+        gradient += np.einsum("c,cod->od", weights, at.gradient[0])
+        components, slopes = at.values[0, 1:], at.gradient[0, 1:]
+        of_weights = self.posterior.covariance @ components
+        variance = np.sum(components * of_weights, axis=0) + at.variance[0]
+        slope = 2.0 * np.einsum("co,cod->od", of_weights, slopes) + at.variance_gradient[0]
+        variance[ALONG] += believed.std**2
+        slope[ALONG] += 2.0 * believed.std * believed.std_gradient
+        std = np.sqrt(variance)
+        std_slope = np.divide(slope, 2.0 * std[:, np.newaxis], out=np.zeros_like(slope), where=std[:, np.newaxis] > 0)
+        outputs[PEAKS] += PEAK_DEVIATIONS * std[PEAKS]
+        gradient[PEAKS] += PEAK_DEVIATIONS * std_slope[PEAKS]
+        return Linearization(outputs, gradient, float(std[ALONG]), std_slope[ALONG])
 
     def landing_with_gradient(self, casts: Array) -> tuple[Array, Array]:
         """Return the landing along the plane [m] of casts of shape (n, 3), shape (n,), and its derivative, shape (n, 3)."""
         landing, gradient = self._believed.landing_with_gradient(casts)
-        values, slopes = self._prior.linearize(casts, self.bearing)
-        weights = np.concatenate([[1.0], self.weights])
-        return landing + values[..., 0] @ weights, gradient + np.einsum("c,ncd->nd", weights, slopes[:, :, 0])
+        at = self._prior.linearize(casts, self.bearing)
+        weights = np.concatenate([[1.0], self.posterior.mean])
+        return landing + at.values[..., ALONG] @ weights, gradient + np.einsum(
+            "c,ncd->nd", weights, at.gradient[:, :, ALONG]
+        )
 
-    def across_std(self, cast: Array) -> float:
-        """Return the standard deviation of the landing across the casting plane [m] of one cast, shape (3,)."""
-        _, features = self._features(cast[np.newaxis], self.bearing)
-        across = features[0, :, 1]
-        return float(np.sqrt(across @ self.covariance @ across + self._prior.rest_std[1] ** 2))
+    def _moved(self, outputs: Array, casts: Array) -> Array:
+        """Return the believed outputs of casts, moved by the offset."""
+        offset = self._prior.predict(casts, self.bearing)
+        moved = outputs + np.einsum("c,nco->no", np.concatenate([[1.0], self.posterior.mean]), offset.values)
+        variance = offset.variance[:, PEAKS] + self._variance_of_weights(offset.values[..., PEAKS])
+        moved[:, PEAKS] += PEAK_DEVIATIONS * np.sqrt(variance)
+        return np.asarray(moved)
 
-    def _features(self, casts: Array, bearing: float) -> tuple[Array, Array]:
-        """Return the prior's mean, (n, 2), and its components, (n, n_weights, 2)."""
-        values = self._prior.predict(casts, bearing)
-        return values[:, 0], values[:, 1:]
+    def _variance_of_weights(self, values: Array) -> Array:
+        """Return the variance of outputs for the weights' uncertainty, shape (n, outputs)."""
+        components = values[:, 1:]
+        return np.asarray(np.einsum("nco,cd,ndo->no", components, self.posterior.covariance, components, optimize=True))
 
-    def _offset(self, outputs: Array, casts: Array) -> Array:
-        mean, features = self._features(casts, self.bearing)
-        moved = outputs.copy()
-        moved[:, [ALONG, ACROSS]] += mean + np.einsum("nco,c->no", features, self.weights)
-        return moved
+
+def _posterior(seen: _Seen, width: float) -> Posterior:
+    """Return the weights' posterior under a prior of that standard deviation."""
+    n_weights = seen.components.shape[1]
+    covariance = width**2 * np.eye(n_weights)
+    if not len(seen.errors):
+        return Posterior(np.zeros(n_weights), covariance)
+    gram = width**2 * seen.components @ seen.components.T + np.diag(seen.variances)
+    gain = width**2 * cho_solve(cho_factor(gram, lower=True), seen.components).T
+    return Posterior(gain @ seen.errors, covariance - width**2 * gain @ seen.components)
+
+
+def _likeliest_width(seen: _Seen) -> float:
+    """Return the width of the prior that is the most probable one after the observations."""
+    if not len(seen.errors):
+        return 1.0
+
+    def log_probability(width: float) -> float:
+        gram = width**2 * seen.components @ seen.components.T + np.diag(seen.variances)
+        factor, lower = cho_factor(gram, lower=True)
+        evidence = -0.5 * seen.errors @ cho_solve((factor, lower), seen.errors) - np.log(np.diag(factor)).sum()
+        return float(evidence - WIDTH_COST * np.log(width))
+
+    return max(WIDTHS, key=log_probability)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+import zlib
 from dataclasses import dataclass
 from typing import Any, Literal, Self
 
 import numpy as np
 
 from wam_cast.errors import InputError
-from wam_cast.scenario import Scenario
+from wam_cast.scenario import Noise, Scenario
 from wam_cast.types import Array, checks_types
 
 Kind = Literal["share", "factor", "offset", "fraction", "periods"]
@@ -100,8 +101,8 @@ class RobotDistribution:
     Parameters
     ----------
     believed
-        The scenario that all robots are taken for, and the middle of all ranges; by default the reference. Its noise, bounds and
-        motion are every robot's.
+        The scenario that all robots are taken for, and the middle of all ranges; by default the reference with the noise of a
+        typical arm. Its noise, bounds and motion are every robot's.
     ranges
         Of the numbers that differ.
     scale
@@ -123,7 +124,7 @@ class RobotDistribution:
         scale: float = 1.0,
         shifts: dict[str, float] | None = None,
     ) -> None:
-        self.believed = believed or Scenario()
+        self.believed = believed or Scenario(noise=Noise.typical())
         self.ranges, self.scale, self.shifts = ranges, float(scale), dict(shifts or {})
         if not 0 <= scale < math.inf:
             raise InputError(f"scale = {scale:g} must be at least 0")
@@ -138,6 +139,11 @@ class RobotDistribution:
         """Return the robots that have these numbers, by name, so many times as large besides."""
         return type(self)(self.believed, self.ranges, self.scale, {**self.shifts, **shifts})
 
+    def without(self, *names: str) -> Self:
+        """Return the robots that have these numbers as they are believed, but for what is shifted."""
+        kept = tuple(one for one in self.ranges if one.name not in names)
+        return type(self)(self.believed, kept, self.scale, self.shifts)
+
     @checks_types
     def draw(self, seed: int) -> Scenario:
         """Return the scenario of the robot of a seed, an integer from 0 on: the truth, which nobody is to be told.
@@ -145,9 +151,10 @@ class RobotDistribution:
         The robot of the same seed and of another scale differs in the same direction. Raises `.InputError` if the ranges reach
         beyond what a scenario may have.
         """
-        rng = np.random.default_rng([seed, 20261128])
         values: dict[str, Any] = {}
         for one in self.ranges:
+            # A stream for each name: what one range draws does not depend on which others there are.
+            rng = np.random.default_rng([seed, zlib.crc32(one.name.encode())])
             values[one.name] = one.drawn(number(self.believed, one.name), self.scale, rng)
         for name, factor in self.shifts.items():
             values[name] = factor * values.get(name, number(self.believed, name))

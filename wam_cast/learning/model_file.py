@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import io
 import json
-import struct
 import zipfile
-import zlib
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
-from numpy.lib import format as npy
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, NonNegativeInt, ValidationError
 
@@ -20,6 +17,7 @@ from wam_cast.errors import InputError, describe_validation
 from wam_cast.learning.uncertainty import ErrorFit, NotNegative, Positive
 from wam_cast.planning.prediction import OUTPUTS
 from wam_cast.scenario import Scenario
+from wam_cast.storage.array_archive import LARGEST_MEMBER, NOT_AN_ARCHIVE, read_array
 from wam_cast.storage.atomic import write_file
 from wam_cast.text_file import read_bytes
 from wam_cast.types import Array
@@ -37,23 +35,8 @@ WIDTHS = {
 MOST_TRAINING_CASTS = 100_000
 """With more a file would be larger than `LARGEST_MEMBER`."""
 
-LARGEST_MEMBER = 10_000_000
-"""Bytes that a file may have and a member of the archive may unpack to."""
-
 LARGEST_VALUE = 1e6
 """In SI units no cast has a larger number."""
-
-NOT_AN_ARCHIVE = (
-    ValueError,
-    LookupError,
-    OSError,
-    EOFError,
-    RuntimeError,
-    zipfile.BadZipFile,
-    zlib.error,
-    struct.error,
-)
-"""What zip and numpy raise for bytes that are something else, or damaged."""
 
 
 @dataclass(frozen=True)
@@ -152,9 +135,9 @@ def read_model(path: str | Path, arm_file: str | None = None) -> StoredModel:
         raise InputError(f"model {path}: {reason}; name a file that wam-cast fit wrote") from None
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
-            text = str(_read_array(archive, "header"))
+            text = str(read_array(archive, "header"))
             written_as = _Written.model_validate_json(text).format
-            arrays = {name: _read_array(archive, name) for name in WIDTHS} if written_as == FORMAT else {}
+            arrays = {name: read_array(archive, name) for name in WIDTHS} if written_as == FORMAT else {}
     except NOT_AN_ARCHIVE:
         raise InputError(
             f"model {path}: not a model file, or a damaged one; name one that wam-cast fit wrote, or fit it anew"
@@ -184,24 +167,6 @@ def read_model(path: str | Path, arm_file: str | None = None) -> StoredModel:
     return StoredModel(
         scenario, **arrays, info=header.info, uncertainty=header.uncertainty, controller=header.controller
     )
-
-
-def _read_array(archive: zipfile.ZipFile, name: str) -> NDArray[Any]:
-    """Return an array of an archive; raises one of `NOT_AN_ARCHIVE` if its checksum or anything else is wrong.
-
-    By hand, since `np.load` makes room for whatever a file says that it holds, and reads past no array's end to its checksum.
-    """
-    member = archive.getinfo(f"{name}.npy")
-    if member.file_size > LARGEST_MEMBER or member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-        raise ValueError
-    with archive.open(member) as file:
-        content = file.read(LARGEST_MEMBER)
-    stream = io.BytesIO(content)
-    if npy.read_magic(stream) != (1, 0):
-        raise ValueError
-    shape, is_fortran, dtype = npy.read_array_header_1_0(stream)
-    array = np.frombuffer(content, dtype, offset=stream.tell())  # refuses objects, which would be a pickle
-    return array.reshape(shape, order="F" if is_fortran else "C").copy("K")
 
 
 def _check_array(name: str, array: NDArray[Any], n_train: int) -> None:

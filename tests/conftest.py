@@ -240,33 +240,20 @@ def floor_without_physics(monkeypatch):
 
 @pytest.fixture(scope="session")
 def robots_by_formula():
-    """Return what is believed of robots whose landings are off the reference's by two smooth shapes, and `landing(cast)` of one."""
+    """Return what is believed of robots that are off the reference by an affine function of a cast, and `landing(cast)` of one."""
     # Most tests need none of what these import.
     from wam_cast.adaptation.adaptive_model import AdaptiveModel
-    from wam_cast.adaptation.landing_ensemble import LandingEnsemble
-    from wam_cast.adaptation.landing_prior import LandingPrior
-    from wam_cast.cast import cast_bounds
+    from wam_cast.adaptation.feature_priors import Affine
     from wam_cast.casting_plane import from_casting_plane
     from wam_cast.learning.reference import reference_model
     from wam_cast.scenario import Scenario
 
-    lower, upper = cast_bounds(Scenario())
-
-    def offsets(casts, weights):
-        distance, speed, wait = ((casts - lower) / (upper - lower)).T
-        along = 0.03 * weights[0] * (1 + distance) + 0.02 * weights[1] * np.cos(2 * speed) * (1 - wait)
-        return np.stack([along, 0.004 * weights[1] + 0.001 * weights[0] * speed], axis=-1)
-
     def landing(cast):
-        x = cast.to_array()[np.newaxis]
-        along, across = reference_model().predict(x)[0, :2] + offsets(x, (1.5, -1.0))[0]
-        return from_casting_plane(along, across, cast.bearing)
+        along, across = reference_model().predict(cast.to_array()[np.newaxis])[0, :2]
+        off = 0.05 + 0.2 * (cast.distance - 0.2) - 0.05 * (cast.speed - 0.5), 0.004 - 0.01 * cast.wait
+        return from_casting_plane(along + off[0], across + off[1], cast.bearing)
 
-    rng = np.random.default_rng(0)
-    casts, weights = rng.uniform(lower, upper, size=(60, 3)), rng.standard_normal((30, 2))
-    by_tilt = np.stack([np.full((60, 2), [0.3, 0.0]), np.full((60, 2), [0.0, 0.5])])
-    ensemble = LandingEnsemble(casts, np.array([offsets(casts, one) for one in weights]), by_tilt, tilt_std=0.003)
-    return SimpleNamespace(model=AdaptiveModel(reference_model(), LandingPrior(Scenario(), ensemble)), landing=landing)
+    return SimpleNamespace(model=AdaptiveModel(reference_model(), Affine(Scenario(), scale=4.0)), landing=landing)
 
 
 @pytest.fixture

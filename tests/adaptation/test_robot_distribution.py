@@ -6,13 +6,14 @@ import pytest
 from wam_cast.adaptation.robot_distribution import RANGES, Range, RobotDistribution, number
 from wam_cast.errors import InputError
 from wam_cast.scenario import Noise, Scenario
+from wam_cast.simulation.loop_stability import check_loop
 
 N_ROBOTS = 200
 
 
 @pytest.fixture(scope="module")
 def drawn():
-    robots = [RobotDistribution().draw(seed) for seed in range(N_ROBOTS)]
+    robots = [RobotDistribution()._drawn(seed, attempt=0) for seed in range(N_ROBOTS)]
     return {one.name: np.array([number(robot, one.name) for robot in robots]) for one in RANGES}
 
 
@@ -60,6 +61,19 @@ def test_without_scale_all_are_what_is_believed_but_for_their_delay():
     believed = Scenario(noise=Noise.typical())
     robots = RobotDistribution(believed, ranges=tuple(one for one in RANGES if one.kind != "periods"), scale=0.0)
     assert robots.draw(3) == believed
+
+
+def test_robots_whose_loop_is_unstable_are_not_drawn():
+    robots, seed = RobotDistribution().scaled(2.0), 9
+    with pytest.raises(InputError, match="unstable"):
+        check_loop(robots._drawn(seed, attempt=0), robots.believed)
+    check_loop(robots.draw(seed), robots.believed)
+
+
+def test_what_one_range_draws_does_not_depend_on_the_others():
+    robots = RobotDistribution()
+    assert robots.without("ball.mass").draw(5).string == robots.draw(5).string
+    assert robots.without("ball.mass").draw(5).ball.mass == robots.believed.ball.mass
 
 
 def test_a_shift_comes_on_top():

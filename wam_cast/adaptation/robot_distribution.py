@@ -19,6 +19,9 @@ Kind = Literal["share", "factor", "offset", "fraction", "periods"]
 MOST_FRACTION = 2.0
 """That a scenario allows."""
 
+MOST_ATTEMPTS = 50
+"""To draw a robot that is stable."""
+
 
 @dataclass(frozen=True)
 class Range:
@@ -148,13 +151,26 @@ class RobotDistribution:
     def draw(self, seed: int) -> Scenario:
         """Return the scenario of the robot of a seed, an integer from 0 on: the truth, which nobody is to be told.
 
-        The robot of the same seed and of another scale differs in the same direction. Raises `.InputError` if the ranges reach
-        beyond what a scenario may have.
+        One whose control loop is unstable is no robot that anybody would cast with: another is drawn in its place, some 2 of 100 by
+        default. But for these, the robot of the same seed and of another scale differs in the same direction. Raises `.InputError`
+        if the ranges reach beyond what a scenario may have, or hardly any robot is stable.
         """
+        # Only who draws needs Drake.
+        from wam_cast.simulation.loop_stability import MAX_GROWTH, loop_growth
+
+        for attempt in range(MOST_ATTEMPTS):
+            robot = self._drawn(seed, attempt)
+            if loop_growth(robot, self.believed) <= MAX_GROWTH:
+                return robot
+        raise InputError(
+            f"robots: of {MOST_ATTEMPTS} that were drawn none has a stable control loop; choose lower gains or narrower ranges"
+        )
+
+    def _drawn(self, seed: int, attempt: int) -> Scenario:
         values: dict[str, Any] = {}
         for one in self.ranges:
             # A stream for each name: what one range draws does not depend on which others there are.
-            rng = np.random.default_rng([seed, zlib.crc32(one.name.encode())])
+            rng = np.random.default_rng([seed, attempt, zlib.crc32(one.name.encode())])
             values[one.name] = one.drawn(number(self.believed, one.name), self.scale, rng)
         for name, factor in self.shifts.items():
             values[name] = factor * values.get(name, number(self.believed, name))

@@ -37,8 +37,8 @@ class RobotEnsemble:
     offsets
         By robot how far each of the `.OUTPUTS` is from the believed robot's, shape (n, m, 7); without the base's tilt.
     by_tilt
-        Derivative of landing and entry by the base's tilt about the world's x and y axes at bearing 0 [1/rad], shape (2, m, 7); 0 of
-        the other outputs.
+        Derivative of landing and entry by the base's tilt about the world's x and y axes at bearing 0 [1/rad], shape (2, m, 7);
+        0 of the other outputs.
     tilt_std
         Standard deviation of each of the two over robots [rad].
     """

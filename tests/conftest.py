@@ -243,7 +243,7 @@ def robots_by_formula():
     """Return what is believed of robots that are off the reference by an affine function of a cast, and `landing(cast)` of one."""
     # Most tests need none of what these import.
     from wam_cast.adaptation.adaptive_model import AdaptiveModel
-    from wam_cast.adaptation.feature_priors import Affine
+    from wam_cast.adaptation.priors.feature_priors import Affine
     from wam_cast.casting_plane import from_casting_plane
     from wam_cast.learning.reference import reference_model
     from wam_cast.scenario import Scenario

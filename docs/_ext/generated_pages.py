@@ -25,7 +25,10 @@ LAYERS = {
     "learning": ("Learning: datasets and the forward model", ["generation", "learning", "learning/kernel"]),
     "batch": ("Batch: thousands of casts at once", ["batch"]),
     "crosscheck": ("Crosscheck: the same casts in MuJoCo", ["crosscheck"]),
-    "adaptation": ("Adaptation: robots that nobody told it about", ["adaptation"]),
+    "adaptation": (
+        "Adaptation: robots that nobody told it about",
+        ["adaptation", "adaptation/priors", "adaptation/closed_form"],
+    ),
     "visualization": ("Visualization: scenes, replays and films", ["visualization", "visualization/interactive"]),
     "figures": ("Visualization: figures", ["visualization/figures"]),
     "experiments": ("Experiments: trials and the paper's experiment", ["experiments", "experiments/paper"]),

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from wam_cast.adaptation.adaptive_model import AdaptiveModel
-from wam_cast.adaptation.interpolated_prior import InterpolatedPrior
-from wam_cast.adaptation.robot_ensemble import RobotEnsemble
+from wam_cast.adaptation.priors.interpolated_prior import InterpolatedPrior
+from wam_cast.adaptation.priors.robot_ensemble import RobotEnsemble
 from wam_cast.cast import Cast, cast_bounds
 from wam_cast.errors import InputError
 from wam_cast.learning.reference import reference_model

@@ -26,7 +26,7 @@ if sys.argv[1] in ("map", "reproduce"):  # what these import takes the others a 
 if sys.argv[1] == "learn":
     from wam_cast.adaptation import robot
     from wam_cast.adaptation.adaptive_model import AdaptiveModel
-    from wam_cast.adaptation.feature_priors import Affine
+    from wam_cast.adaptation.priors.feature_priors import Affine
     from wam_cast.learning.reference import reference_model
 
     robot.simulate_cast = closed_forms.simulate_cast

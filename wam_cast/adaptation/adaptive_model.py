@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import cho_factor, cho_solve
 
-from wam_cast.adaptation.known_priors import prior_of
-from wam_cast.adaptation.offset import OffsetPrior
+from wam_cast.adaptation.priors.known_priors import prior_of
+from wam_cast.adaptation.priors.offset import OffsetPrior
 from wam_cast.adaptation.robot import LANDING_STD
 from wam_cast.adaptation.robot_distribution import RobotDistribution
 from wam_cast.cast import Cast

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from wam_cast.adaptation.adaptive_model import AdaptiveModel
-from wam_cast.adaptation.filling import filling_casts
+from wam_cast.adaptation.priors.filling import filling_casts
 from wam_cast.adaptation.robot import LANDING_STD
 from wam_cast.cast import Cast
 from wam_cast.errors import checked_integer

@@ -22,17 +22,17 @@ def base_rotation(arm: Arm, tilt: tuple[float, float] = (0.0, 0.0)) -> Array:
 
 def hand_rotation(chain: ArmChain, q: Array) -> Array:
     """Return R_BE, (3, 3), at joint angles `q` [rad], (7,)."""
-    return np.asarray(_frames(chain, q)[0][-1])
+    return np.asarray(frames(chain, q)[0][-1])
 
 
 def frame_origins(chain: ArmChain, q: Array) -> Array:
     """Return where the frames of the joints and the hand are in the base's frame [m], (8, 3), at joint angles `q` [rad], (7,)."""
-    return np.array(_frames(chain, q)[1])
+    return np.array(frames(chain, q)[1])
 
 
 def mass_matrix(chain: ArmChain, q: Array) -> Array:
     """Return the arm's joint-space inertia [kg m^2], (7, 7), with that of the motors, at joint angles `q` [rad], (7,)."""
-    rotations, origins = _frames(chain, q)
+    rotations, origins = frames(chain, q)
     M = np.diag(chain.rotor_inertia)
     for i, (R, p) in enumerate(zip(rotations[:-1], origins[:-1], strict=True)):
         axes = np.array([R_joint[:, 2] for R_joint in rotations[: i + 1]])
@@ -44,7 +44,8 @@ def mass_matrix(chain: ArmChain, q: Array) -> Array:
     return M
 
 
-def _frames(chain: ArmChain, q: Array) -> tuple[list[Array], list[Array]]:
+def frames(chain: ArmChain, q: Array) -> tuple[list[Array], list[Array]]:
+    """Return, in the base's frame, the rotations (3, 3) and origins (3,) [m] of the frames of the joints and the hand."""
     R, p = np.eye(3), np.zeros(3)
     rotations, origins = [], []
     for R_joint, p_joint, angle in zip(chain.R, chain.p, [*q, 0.0], strict=True):

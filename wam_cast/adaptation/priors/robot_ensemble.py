@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wam_cast.adaptation.filling import filling_casts
+from wam_cast.adaptation.priors.filling import filling_casts
 from wam_cast.adaptation.robot_distribution import RobotDistribution
 from wam_cast.batch.arguments import Precision
 from wam_cast.batch.derivatives import batch_derivatives

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.stats import qmc
 
-from wam_cast.adaptation.offset import Offset, OffsetLinearization
+from wam_cast.adaptation.priors.offset import Offset, OffsetLinearization
 from wam_cast.cast import cast_bounds
 from wam_cast.planning.prediction import ACROSS, ALONG, OUTPUTS
 from wam_cast.scenario import Scenario

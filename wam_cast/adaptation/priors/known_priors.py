@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from platformdirs import user_cache_path
 
-from wam_cast.adaptation.interpolated_prior import InterpolatedPrior
+from wam_cast.adaptation.priors.interpolated_prior import InterpolatedPrior
 from wam_cast.adaptation.robot_distribution import RobotDistribution
 from wam_cast.errors import InputError
 from wam_cast.planning.prediction import OUTPUTS
@@ -25,7 +25,7 @@ FORMAT = "wam_cast prior 1"
 N_ROBOTS, N_CASTS = 128, 512
 """Of an ensemble that a prior is learned from."""
 
-SHIPPED = Path(__file__).parents[1] / "reference" / "prior.npz"
+SHIPPED = Path(__file__).parents[2] / "reference" / "prior.npz"
 """Of the default robots."""
 
 ARRAYS = ("casts", "values", "left_out")
@@ -49,7 +49,7 @@ def prior_of(robots: RobotDistribution) -> InterpolatedPrior:
         known = _read(path, ours, key)
         if known is not None:
             return known.scaled(robots.scale)
-    from wam_cast.adaptation.robot_ensemble import simulate_ensemble
+    from wam_cast.adaptation.priors.robot_ensemble import simulate_ensemble
 
     prior = InterpolatedPrior.of_ensemble(ours.believed, simulate_ensemble(ours, N_ROBOTS, N_CASTS))
     write_prior(_cache(key), prior, ours)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 from scipy.special import ndtri
 
-from wam_cast.adaptation.offset import Offset, OffsetLinearization
+from wam_cast.adaptation.priors.offset import Offset, OffsetLinearization
 from wam_cast.cast import cast_bounds
 from wam_cast.learning.kernel_ridge import KernelRidge
 from wam_cast.planning.prediction import OUTPUTS
@@ -15,7 +15,7 @@ from wam_cast.scenario import Scenario
 from wam_cast.types import Array
 
 if TYPE_CHECKING:
-    from wam_cast.adaptation.robot_ensemble import RobotEnsemble
+    from wam_cast.adaptation.priors.robot_ensemble import RobotEnsemble
 
 N_COMPONENTS = 20
 """Principal components of an ensemble that are kept. Of the default robots' landings one explains 85 %, twenty 99.95 %."""

@@ -1,0 +1,1 @@
+"""A forward model from nothing but the scenario's numbers."""

@@ -1,0 +1,1 @@
+"""What is believed of how a robot differs, before its first cast."""

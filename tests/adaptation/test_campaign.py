@@ -112,6 +112,21 @@ def test_the_log_is_the_campaign(run, tmp_path):
     assert sorted(path.name for path in (tmp_path / "d").iterdir()) == [".lock", "campaign.json", "log.parquet"]
 
 
+@pytest.mark.slow
+def test_a_robot_of_drake_goes_on_as_if_it_had_not_stopped_and_is_caught(model, tmp_path):
+    truth = Scenario.from_dict(
+        {"string": {"length": 0.59}, "arm": {"coulomb_friction": 0.3}, "noise": {"distance": 0.002}}
+    )
+
+    def run(n_casts, directory=None):
+        return run_campaign(SimulatedRobot(truth, Scenario(), seed=4), model, CUPS[:1], n_casts, directory)
+
+    whole = run(4)
+    run(2, tmp_path / "d")
+    same(run(4, tmp_path / "d"), whole)
+    assert whole.casts["is_caught"].to_list()[1:] == [True] * 3
+
+
 @pytest.mark.parametrize("stop", [1, 3])
 def test_one_that_stopped_goes_on_as_if_it_had_not(run, tmp_path, robot_by_formula, stop):
     whole = run(4, directory=None)

@@ -101,6 +101,11 @@ class AdaptiveModel:
         InputError
             If there is no such model, it is another scenario's, or the prior has to be learned and cannot.
         """
+        return cls.with_offset(robots, prior_of(robots), believed)
+
+    @classmethod
+    def with_offset(cls, robots: RobotDistribution, prior: OffsetPrior, believed: Predictor | None = None) -> Self:
+        """Return what is known of any robot of a distribution if that is how they differ; otherwise as `from_prior`."""
         model = believed or reference_model_for(robots.believed)
         if model is None:
             raise InputError(
@@ -111,7 +116,7 @@ class AdaptiveModel:
             raise InputError(
                 "believed: the model is of another scenario than robots.believed; give one that was fitted to it"
             )
-        return cls(model, prior_of(robots))
+        return cls(model, prior)
 
     @property
     def scenario(self) -> Scenario:
@@ -235,11 +240,9 @@ class AdaptiveModel:
     def landing_with_gradient(self, casts: Array) -> tuple[Array, Array]:
         """Return the landing along the plane [m] of casts of shape (n, 3), shape (n,), and its derivative, shape (n, 3)."""
         landing, gradient = self._believed.landing_with_gradient(casts)
-        at = self._prior.linearize(casts, self.bearing)
         weights = np.concatenate([[1.0], self.posterior.mean])
-        return landing + at.values[..., ALONG] @ weights, gradient + np.einsum(
-            "c,ncd->nd", weights, at.gradient[:, :, ALONG]
-        )
+        offset, slope = self._prior.landing_along(weights, casts, self.bearing)
+        return landing + offset, gradient + slope
 
     def _moved(self, outputs: Array, casts: Array) -> Array:
         """Return the believed outputs of casts, moved by the offset."""

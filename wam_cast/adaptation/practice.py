@@ -10,23 +10,28 @@ from wam_cast.adaptation.adaptive_model import AdaptiveModel
 from wam_cast.adaptation.priors.filling import filling_casts
 from wam_cast.adaptation.robot import LANDING_STD
 from wam_cast.cast import Cast
+from wam_cast.casting_plane import from_polar
 from wam_cast.errors import checked_integer
 from wam_cast.planning.plan import plan_cast
 from wam_cast.planning.prediction import PEAK_TORQUE_UTILIZATION, PEAK_VELOCITY_UTILIZATION, SLACK
+from wam_cast.planning.reach import Reach
 from wam_cast.types import Array, Position
 
 N_CANDIDATES = 256
 """Casts, evenly over the bounds, of which the best is chosen."""
 
-N_RADII = 9
-"""Cups over the reach that stand for the floor."""
+N_RADII = 7
+"""Cups over the reach that stand for the floor, at each bearing."""
+
+BEARING_SHARES = (-0.7, 0.0, 0.7)
+"""Bearings, as shares of how far joint 1 turns, at which casts are practised and the floor is looked at."""
 
 MOST_UTILIZATION = 0.98
 """Of a cast that is worth practising, as of a plan."""
 
 
 def choose_practice(model: AdaptiveModel, n_casts: int, cups: Sequence[Position] | None = None) -> list[Cast]:
-    """Return the casts to practise next, at bearing 0, the best one first.
+    """Return the casts to practise next, the best one first.
 
     ::
 
@@ -52,11 +57,13 @@ def choose_practice(model: AdaptiveModel, n_casts: int, cups: Sequence[Position]
         If the number is none, or a cup is out of reach.
     """
     checked_integer("n_casts", n_casts, 1)
-    wanted = [(radius, 0.0) for radius in np.linspace(*model.reach, N_RADII + 2)[1:-1]] if cups is None else cups
-    targets = np.array([plan_cast(model, cup).cast.to_array()[:3] for cup in wanted])
-    candidates = _candidates(model)
-    features, goals = model.landing_components(candidates), model.landing_components(targets)
-    noise = LANDING_STD**2 + np.array([model.noise_variance(cast)[0] for cast in candidates])
+    reach = Reach.of(model)
+    bearings = [share * (reach.highest if share > 0 else -reach.lowest) for share in BEARING_SHARES]
+    wanted = _floor(reach, bearings) if cups is None else cups
+    goals = np.concatenate([_components(model, plan_cast(model, cup).cast) for cup in wanted])
+    casts = _candidates(model)
+    features = np.concatenate([model.toward(bearing).landing_components(casts) for bearing in bearings])
+    noise = LANDING_STD**2 + np.tile([model.noise_variance(cast)[0] for cast in casts], len(bearings))
     covariance, chosen = model.posterior.covariance, []
     for _ in range(n_casts):
         of_candidates = features @ covariance
@@ -64,8 +71,19 @@ def choose_practice(model: AdaptiveModel, n_casts: int, cups: Sequence[Position]
         gains = ((goals @ of_candidates.T) ** 2).sum(axis=0) / variances
         best = int(np.argmax(gains))
         covariance = covariance - np.outer(of_candidates[best], of_candidates[best]) / variances[best]
-        chosen.append(Cast(*candidates[best]))
+        bearing, cast = divmod(best, len(casts))
+        chosen.append(Cast.from_array(casts[cast], bearings[bearing]))
     return chosen
+
+
+def _floor(reach: Reach, bearings: Sequence[float]) -> list[Position]:
+    """Return cups all over the floor."""
+    radii = np.linspace(reach.nearest, reach.farthest, N_RADII + 2)[1:-1]
+    return [from_polar(float(radius), bearing) for bearing in bearings for radius in radii]
+
+
+def _components(model: AdaptiveModel, cast: Cast) -> Array:
+    return model.toward(cast.bearing).landing_components(cast.to_array()[np.newaxis, :3])
 
 
 def _candidates(model: AdaptiveModel) -> Array:

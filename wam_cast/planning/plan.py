@@ -14,7 +14,7 @@ from wam_cast.planning.cast_prediction import Prediction
 from wam_cast.planning.free_ball import describe_hanging, describe_unreached
 from wam_cast.planning.gradient_descent import plan_by_gradient_descent
 from wam_cast.planning.landing_distribution import LandingStd
-from wam_cast.planning.prediction import Predictor
+from wam_cast.planning.prediction import DirectedPredictor, Predictor
 from wam_cast.planning.reach import Reach, checked_polar
 from wam_cast.planning.solution import LONGEST_MISS, SOLVERS, Planner, Solver, checked_solution
 from wam_cast.types import Array, Position, checks_types
@@ -124,7 +124,9 @@ def plan_cast(
     """
     cup = checked_cup(cup)
     name = _checked_name(method, solver)
-    radius, _ = checked_polar(Reach.of(model), cup, partial(describe_unreached, model))
+    radius, bearing = checked_polar(Reach.of(model), cup, partial(describe_unreached, model))
+    if isinstance(model, DirectedPredictor):
+        model = model.toward(bearing)
     planner = _planner(method, solver)
     with one_thread():
         solution = checked_solution(planner(model, radius), model.scenario, name)

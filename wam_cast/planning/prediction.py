@@ -64,3 +64,11 @@ class Predictor(Protocol):
 
     def landing_with_gradient(self, casts: Array) -> tuple[Array, Array]:
         """Return the landing along the plane [m] of casts of shape (n, 3), shape (n,), and its derivative, shape (n, 3)."""
+
+
+@runtime_checkable
+class DirectedPredictor(Predictor, Protocol):
+    """A model of a robot whose casts land otherwise in each direction, as those of a tilted base do."""
+
+    def toward(self, bearing: float) -> Predictor:
+        """Return the model of the casts at a bearing [rad]."""

@@ -61,6 +61,11 @@ class FeaturePrior:
             gradient[:, own, output] = std * slopes / self._span
         return OffsetLinearization(values, np.zeros((n, N_OUTPUTS)), gradient, np.zeros((n, N_OUTPUTS, 3)))
 
+    def landing_along(self, weights: Array, casts: Array, bearing: float) -> tuple[Array, Array]:
+        """Return the weighted landing along the plane [m], shape (n,), and its derivatives, shape (n, 3)."""
+        at = self.linearize(casts, bearing)
+        return at.values[..., ALONG] @ weights, np.einsum("c,ncd->nd", weights, at.gradient[:, :, ALONG])
+
     def _features(self, u: Array) -> tuple[Array, Array]:
         raise NotImplementedError
 

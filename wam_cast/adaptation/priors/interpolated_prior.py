@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -10,7 +11,7 @@ from scipy.special import ndtri
 from wam_cast.adaptation.priors.offset import Offset, OffsetLinearization
 from wam_cast.cast import cast_bounds
 from wam_cast.learning.kernel_ridge import KernelRidge
-from wam_cast.planning.prediction import OUTPUTS
+from wam_cast.planning.prediction import ALONG, OUTPUTS
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array
 
@@ -112,6 +113,21 @@ class InterpolatedPrior:
             variance[..., np.newaxis] * log_gradient,
         )
 
+    def landing_along(self, weights: Array, casts: Array, bearing: float) -> tuple[Array, Array]:
+        """Return the weighted landing along the plane [m], shape (n,), and its derivatives, shape (n, 3)."""
+        turned = weights.copy()
+        turned[-2:] = _rotation(bearing).T @ weights[-2:]
+        one = copy(self._values)
+        one.dual_coef_ = self._values.dual_coef_.reshape(len(self.casts), -1, N_OUTPUTS)[..., ALONG] @ turned
+        one.target_mean_ = self._values.target_mean_.reshape(-1, N_OUTPUTS)[:, ALONG] @ turned
+        return one.linearize(casts)
+
+
+def _rotation(bearing: float) -> Array:
+    """Return what turns effects of tilts about the plane's axes to those of tilts about the world's, shape (2, 2)."""
+    cosine, sine = np.cos(bearing), np.sin(bearing)
+    return np.array([[cosine, -sine], [sine, cosine]])
+
 
 def _normal_scale(errors: Array, left_out: Array, variance: Array) -> Array:
     """Return by what to multiply variances, (m, 7), so that they hold errors as those of a normal variable do, shape (7,).
@@ -129,7 +145,5 @@ def _normal_scale(errors: Array, left_out: Array, variance: Array) -> Array:
 
 def _turned(values: Array, bearing: float) -> Array:
     """Return components, the last two of which are the effects of tilts about the plane's axes, of tilts about the world's."""
-    x, y = values[:, -2].copy(), values[:, -1].copy()
-    values[:, -2] = np.cos(bearing) * x - np.sin(bearing) * y
-    values[:, -1] = np.sin(bearing) * x + np.cos(bearing) * y
+    values[:, -2:] = np.einsum("ij,nj...->ni...", _rotation(bearing), values[:, -2:])
     return values

@@ -47,3 +47,9 @@ class OffsetPrior(Protocol):
 
     def linearize(self, casts: Array, bearing: float) -> OffsetLinearization:
         """Return it with its derivatives."""
+
+    def landing_along(self, weights: Array, casts: Array, bearing: float) -> tuple[Array, Array]:
+        """Return mean and components, weighted by `weights`, (1 + n_weights,), of the landing along the plane alone, quickly.
+
+        Values [m], shape (n,), and their derivatives, shape (n, 3).
+        """

@@ -4,6 +4,7 @@ import json
 import re
 import shlex
 from pathlib import Path
+from typing import get_args
 
 import pandas as pd
 import pytest
@@ -11,19 +12,21 @@ import pytest
 import wam_cast as wc
 from wam_cast.adaptation import robot
 from wam_cast.adaptation.adaptive_model import AdaptiveModel
+from wam_cast.adaptation.methods import ADAPTATION_METHODS
+from wam_cast.adaptation.priors.feature_priors import Affine
+from wam_cast.cli.work import campaigning
 
 WORDS = ("--robot", "robot.yaml", "--cup", "0.75", "--cup", "0.5,0.3", "--out", "my campaign")
 
 
 @pytest.fixture(autouse=True)
-def robots(folder, monkeypatch, robots_by_formula, robot_by_formula):
+def robots(folder, monkeypatch, robot_by_formula):
     """Write a robot's file; it casts by formula, and what is believed of it needs no simulation. Return the beliefs asked for."""
     asked = []
 
     def from_prior(robots, believed):
-        assert believed.scenario == robots.believed
         asked.append(robots.believed)
-        return robots_by_formula.model
+        return AdaptiveModel(believed, Affine(robots.believed, scale=4.0))
 
     (folder / "robot.yaml").write_text("string: {length: 0.61}\nnoise: {swing: 0.005}\n", encoding="utf-8")
     (folder / "belief.yaml").write_text("cup: {restitution: 0.6}\n", encoding="utf-8")
@@ -97,6 +100,7 @@ def test_json_is_the_log(cli, folder):
     record = json.loads(result.out)
     assert {name: value for name, value in record.items() if name != "casts"} == {
         "directory": "my campaign",
+        "method": "prior",
         "seed": 5,
         "n_caught": 2,
         "first_caught": 2,
@@ -143,6 +147,18 @@ def test_what_is_believed_is_the_reference_with_the_robots_noise_or_what_is_said
     assert robots == [wc.Scenario(noise={"swing": 0.005}), wc.Scenario.from_yaml("belief.yaml")]
 
 
+def test_ways_to_learn_are_those_of_the_api():
+    (names, _) = get_args(campaigning.Method)
+    assert set(get_args(names)) == set(ADAPTATION_METHODS)
+
+
+def test_whoever_learns_nothing_casts_the_same_again(cli):
+    casts = json.loads(cli("learn", *WORDS[:4], *WORDS[-2:], "--casts", "2", "--method", "nominal", "--json").out)[
+        "casts"
+    ]
+    assert casts[0]["cast"] == casts[1]["cast"]
+
+
 @pytest.mark.parametrize(
     ("words", "parts"),
     [
@@ -151,6 +167,7 @@ def test_what_is_believed_is_the_reference_with_the_robots_noise_or_what_is_said
         (WORDS[:-2], ["--out"]),
         ((*WORDS, "--casts", "0"), ["--casts", "1"]),
         ((*WORDS, "--seed", "-1"), ["--seed", "0"]),
+        ((*WORDS, "--method", "magic"), ["--method", "magic", "residual"]),
         ((*WORDS, "--cup", "a"), ["--cup 'a'", "such as --cup 0.75"]),
         ((*WORDS, "--cup", "3"), ["out of reach"]),
         ((*WORDS, "--robot", "none.yaml"), ["scenario none.yaml"]),
@@ -176,6 +193,7 @@ def test_wrong_input_gets_one_line_before_any_cast(cli, robot_by_formula, words,
     [
         (("--seed", "1"), "another seed (0, not 1)"),
         (("--cup", "0.6"), "another cups"),
+        (("--method", "affine"), "another method ('prior', not 'affine')"),
         (("--casts", "1"), "a campaign of 2 casts"),
         (("--robot", "belief.yaml"), "another robot.string.length (0.61, not 0.6)"),
     ],

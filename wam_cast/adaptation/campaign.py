@@ -17,7 +17,6 @@ from wam_cast.adaptation.adaptive_model import AdaptiveModel
 from wam_cast.adaptation.campaign_directory import MOST_CASTS, SCHEMA, CampaignDirectory, Row
 from wam_cast.adaptation.robot import Observation, Robot, SimulatedRobot
 from wam_cast.cast import Cast, checked_cup
-from wam_cast.casting_plane import to_polar
 from wam_cast.errors import InputError, MachineError, checked_integer, quoted, shortened
 from wam_cast.planning.free_ball import describe_unreached
 from wam_cast.planning.plan import Plan, plan_cast
@@ -122,7 +121,7 @@ def run_campaign(
             on_cast(row)
         for number in range(len(rows) + 1, n_casts + 1):
             cup = places[(number - 1) % len(places)]
-            plan = plan_cast(model.toward(to_polar(cup)[1]), cup)
+            plan = plan_cast(model, cup)
             if store is not None:
                 store.keep(rows)  # a disk that is full is told before a cast is lost to it
             rows.append(_row(number, plan, _cast(robot, plan, number)))
@@ -144,7 +143,7 @@ def _checked_cups(cups: Sequence[Position], model: AdaptiveModel) -> list[Positi
 
 def _settings(model: AdaptiveModel, settings: Mapping[str, Any]) -> dict[str, Any]:
     scenario = model.scenario
-    return {"scenario": scenario.model_dump(mode="json"), "fingerprint": scenario.fingerprint, **settings}
+    return {**settings, "scenario": scenario.model_dump(mode="json"), "fingerprint": scenario.fingerprint}
 
 
 def _cast(robot: Robot, plan: Plan, number: int) -> Observation:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -18,6 +18,15 @@ from wam_cast.errors import MachineError
 if TYPE_CHECKING:
     from wam_cast.adaptation.campaign import Campaign
     from wam_cast.adaptation.campaign_directory import Row
+
+# Its values stand in `adaptation.methods` too, which loads Drake: `--help` does without.
+Method = Annotated[
+    Literal["prior", "residual", "affine", "shift", "closed form", "nominal"],
+    typer.Option(
+        help="How it learns: `prior` knows how robots differ; the next three learn how far the landings are off, by a smooth "
+        "function, by one with slopes, by a number; `closed form` is `residual` on a point mass; `nominal` learns nothing."
+    ),
+]
 
 COLUMNS = {
     "cast": 4,
@@ -46,6 +55,7 @@ def learn(
             help="What the robot is believed to be; default: the reference scenario, with the robot's noise.",
         ),
     ] = None,
+    method: Method = "prior",
     model: options.Model = None,
     train: options.Train = False,
     seed: Annotated[int, typer.Option(min=0, help="Draws the robot's noise, and that of what is observed.")] = 0,
@@ -57,9 +67,9 @@ def learn(
     else is done: an interrupted campaign goes on when it is started again, and further with more --casts. The answer is no if no
     cast was caught.
     """
-    from wam_cast.adaptation.adaptive_model import AdaptiveModel
     from wam_cast.adaptation.campaign import run_campaign
     from wam_cast.adaptation.campaign_directory import CampaignDirectory
+    from wam_cast.adaptation.methods import adaptive_model
     from wam_cast.adaptation.robot import SimulatedRobot
     from wam_cast.adaptation.robot_distribution import RobotDistribution
 
@@ -71,7 +81,7 @@ def learn(
         belief = belief.model_copy(update={"noise": truth.noise})
         forward = forward.bound_to(belief)
     with progress("learning what robots like it do"):
-        prior = AdaptiveModel.from_prior(RobotDistribution(belief), forward)
+        before = adaptive_model(method, RobotDistribution(belief), forward)
     rows: list[Row] = []
     table = None if as_json else GrowingTable(COLUMNS)
 
@@ -83,22 +93,31 @@ def learn(
     try:
         campaign = run_campaign(
             SimulatedRobot(truth, belief, seed=seed),
-            prior,
+            before,
             cups,
             casts,
             directory,
-            settings={"robot": truth.model_dump(mode="json"), "seed": seed},
+            settings={"robot": truth.model_dump(mode="json"), "method": method, "seed": seed},
             on_cast=note,
         )
     except (KeyboardInterrupt, MachineError):
         command = model_choice.command_line(
-            "learn", robot=robot, cup=cup, casts=casts, out=directory, scenario=scenario, model=model, seed=seed
+            "learn",
+            robot=robot,
+            cup=cup,
+            casts=casts,
+            out=directory,
+            scenario=scenario,
+            method=method,
+            model=model,
+            seed=seed,
         )
         err.print(f"{len(rows)} of {casts} casts are kept in {directory}. Go on with: {command}")
         raise
     if as_json:
         summary = {"n_caught": campaign.n_caught, "first_caught": campaign.first_caught}
-        print_json({"directory": str(directory), "seed": seed, **summary, "casts": [_record(row) for row in rows]})
+        given = {"directory": str(directory), "method": method, "seed": seed}
+        print_json({**given, **summary, "casts": [_record(row) for row in rows]})
     else:
         _print_summary(campaign, rows)
     if not campaign.n_caught:

@@ -239,6 +239,43 @@ def floor_without_physics(monkeypatch):
 
 
 @pytest.fixture(scope="session")
+def robots_by_formula():
+    """Return what is believed of robots that are off the reference by an affine function of a cast, and `landing(cast)` of one."""
+    # Most tests need none of what these import.
+    from wam_cast.adaptation.adaptive_model import AdaptiveModel
+    from wam_cast.adaptation.priors.feature_priors import Affine
+    from wam_cast.casting_plane import from_casting_plane
+    from wam_cast.learning.reference import reference_model
+    from wam_cast.scenario import Scenario
+
+    def landing(cast):
+        along, across = reference_model().predict(cast.to_array()[np.newaxis])[0, :2]
+        off = 0.05 + 0.2 * (cast.distance - 0.2) - 0.05 * (cast.speed - 0.5), 0.004 - 0.01 * cast.wait
+        return from_casting_plane(along + off[0], across + off[1], cast.bearing)
+
+    return SimpleNamespace(model=AdaptiveModel(reference_model(), Affine(Scenario(), scale=4.0)), landing=landing)
+
+
+@pytest.fixture
+def robot_by_formula(monkeypatch, robots_by_formula):
+    """Let simulated robots land where a formula says, with 1 mm of noise, and be caught within 15 mm; return the casts made."""
+    from wam_cast.adaptation import robot
+    from wam_cast.simulation.outcome import Status
+
+    made = []
+
+    def simulate(truth, cast, cup, *, belief, noise_seed):
+        made.append(cast)
+        landing = robots_by_formula.landing(cast) + 0.001 * np.random.default_rng(noise_seed).standard_normal(2)
+        is_caught = math.dist(landing, cup) < 0.015
+        status = Status.CAUGHT if is_caught else Status.LONG
+        return SimpleNamespace(landing=landing, is_caught=is_caught, status=status, limits_hit=())
+
+    monkeypatch.setattr(robot, "simulate_cast", simulate)
+    return made
+
+
+@pytest.fixture(scope="session")
 def browser():
     """Return a headless Chromium, driven by Playwright; without one the test is skipped."""
     executable = next(filter(None, map(shutil.which, BROWSERS)), None)

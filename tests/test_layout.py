@@ -51,7 +51,7 @@ BELOW = {
     ),
     "cli": (
         *("base", "parallel", "storage", "motion", "robot", "simulation", "generation"),
-        *("planning", "learning", "crosscheck", "visualization", "experiments"),
+        *("planning", "learning", "adaptation", "crosscheck", "visualization", "experiments"),
     ),
 }
 """What each folder may import besides itself; the modules that lie in none are the base."""

@@ -29,6 +29,9 @@ def test_each_cast_has_noise_of_its_own_that_the_number_of_the_cast_draws():
     again = SimulatedRobot(NOISY, seed=3, n_before=2)
     np.testing.assert_array_equal(again.cast(CAST).landing, answers[2])
     assert again.n_casts == 3
+    later = robot.after(1)
+    np.testing.assert_array_equal(later.cast(CAST).landing, answers[1])
+    assert (later.n_casts, robot.n_casts) == (2, 3)
     assert not np.array_equal(SimulatedRobot(NOISY, seed=4).cast(CAST).landing, answers[0])
 
 

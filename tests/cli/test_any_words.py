@@ -103,6 +103,7 @@ OTHERS = ["--", "--help", "--json", "--cup", "-x", "--out=", "--no-json", "-"]
 GOOD = {
     "--scenario": "good.yaml",
     "--belief": "good.yaml",
+    "--robot": "good.yaml",
     "--model": "made.model",
     "--picture": "new.png",
     None: "casts",
@@ -171,6 +172,7 @@ def without_long_work(monkeypatch, no_physics):
     for name in ("preview_scenario", "reproduce", "CastStation"):
         monkeypatch.setattr(wc, name, nothing, raising=False)
     monkeypatch.setattr("wam_cast.experiments.floor_map.map_floor", nothing)
+    monkeypatch.setattr("wam_cast.adaptation.adaptive_model.AdaptiveModel.from_prior", nothing, raising=False)
     monkeypatch.setattr("wam_cast.crosscheck.engine_comparison.compare_engines", nothing)
     monkeypatch.setattr("wam_cast.visualization.interactive.explorer.Explorer", nothing)
     monkeypatch.setitem(sys.modules, "distributed", None)

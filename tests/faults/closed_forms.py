@@ -33,10 +33,14 @@ def row(scenario, seed, number):
 
 
 def execute(scenario, trials, number):
+    trial = trials[number]
+    return simulate_cast(scenario, trial.cast, trial.position, noise_seed=trial.noise_seed)
+
+
+def simulate_cast(scenario, cast, cup, *, noise_seed, belief=None):
     from wam_cast.simulation.outcome import Outcome, Status
 
     time.sleep(SECONDS)
-    cast, cup, noise_seed = trials[number].cast, trials[number].position, trials[number].noise_seed
     along, across = landing(cast), 0.001 * (noise_seed % 7)
     turned = np.array(
         [[math.cos(cast.bearing), -math.sin(cast.bearing)], [math.sin(cast.bearing), math.cos(cast.bearing)]]

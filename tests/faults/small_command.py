@@ -23,6 +23,14 @@ if sys.argv[1] in ("map", "reproduce"):  # what these import takes the others a 
     learning_curves._FITS = {name: learning_curves._FITS[name] for name in own}
     report_figures._draw_and_write = closed_forms.draw
     settings.QUICK = {"n_casts": 85, "n_cups": 2, "n_repeats": 1}
+if sys.argv[1] == "learn":
+    from wam_cast.adaptation import robot
+    from wam_cast.adaptation.adaptive_model import AdaptiveModel
+    from wam_cast.adaptation.priors.feature_priors import Affine
+    from wam_cast.learning.reference import reference_model
+
+    robot.simulate_cast = closed_forms.simulate_cast
+    AdaptiveModel.from_prior = lambda robots: AdaptiveModel(reference_model(), Affine(robots.believed))
 
 if __name__ == "__main__":
     print("ready", flush=True)

@@ -15,7 +15,11 @@ import wam_cast as wc
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(os.name != "posix", reason="limits of POSIX")]
 
-COMMANDS = {"generate": "generate --casts 120 --seed 5 --workers 1 --out made", "fit": "fit casts --out made.model"}
+COMMANDS = {
+    "generate": "generate --casts 120 --seed 5 --workers 1 --out made",
+    "fit": "fit casts --out made.model",
+    "learn": "learn --robot casts/scenario.yaml --cup 0.75 --casts 20 --out made",
+}
 CAP_DAC_OVERRIDE, PR_CAPBSET_DROP = 1, 24
 
 

@@ -71,6 +71,12 @@ CHECKS = {
         "recording.outcome.is_caught",
         "model.serves(wider) and not model.serves(reference)",
     ],
+    "07_an_unknown_robot": [
+        "casts['miss'][0] > 0.008 > casts['miss'][1:].max() and casts['is_caught'].all()",
+        "casts['predicted_std_along'].is_monotonic_decreasing",
+        "campaign.model.n_observed == practised.n_observed == 5",
+        "errors['after five casts to learn from'] < 0.5 * errors['before']",
+    ],
 }
 """By notebook, what must be true after it ran."""
 

@@ -8,6 +8,7 @@ from pydrake.autodiffutils import ExtractGradient, ExtractValue, InitializeAutoD
 
 from wam_cast.cast import cast_bounds, is_allowed
 from wam_cast.errors import InputError
+from wam_cast.planning import program
 from wam_cast.planning.landing_distribution import N_SCATTER_CASTS, repeatability
 from wam_cast.planning.program import (
     LANDING_UNIT,
@@ -376,6 +377,21 @@ def test_noise_that_is_not_of_the_move_needs_no_term(curved_model, noise, term):
     curved_model.scenario = Scenario(noise=noise)
     solution = plan_by_program(curved_model, 0.8, without=(term,))
     assert landing(curved_model, solution) == pytest.approx(0.8, abs=1e-5)
+
+
+@pytest.mark.parametrize("solver", ["snopt", "ipopt"])
+def test_an_interruption_amid_the_search_is_one(curved_model, monkeypatch, solver):
+    evaluate, asked = program._evaluate, []
+
+    def interrupted(*given):
+        asked.append(given)
+        if len(asked) == 40:
+            raise KeyboardInterrupt
+        return evaluate(*given)
+
+    monkeypatch.setattr(program, "_evaluate", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        plan_by_program(curved_model, 0.8, solver=solver)
 
 
 @pytest.mark.parametrize("radius", [math.nan, math.inf])

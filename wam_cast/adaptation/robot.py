@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 from typing import Protocol, Self, runtime_checkable
 
@@ -95,6 +96,12 @@ class SimulatedRobot:
     def draw(cls, robots: RobotDistribution, seed: int, *, landing_std: float = LANDING_STD) -> Self:
         """Return the robot of a seed, an integer from 0 on, whose controller believes what all are taken for."""
         return cls(robots.draw(seed), robots.believed, seed=seed, landing_std=landing_std)
+
+    def after(self, n_casts: int) -> Self:
+        """Return this robot as it is after so many casts."""
+        later = copy(self)
+        later.n_casts = n_casts
+        return later
 
     def cast(self, cast: Cast, cup: Position | None = None) -> Observation:
         """Simulate a cast, by Drake, and return what was seen. Raises `.InputError` if the arm cannot turn to it."""

@@ -17,13 +17,14 @@ import typer
 import wam_cast as wc
 from wam_cast.cli import model_choice, options, results
 from wam_cast.cli.check import print_preview, require_workable
-from wam_cast.cli.crosschecking import crosscheck
-from wam_cast.cli.mapping import kept_until_drawn
 from wam_cast.cli.options import parse_cup
-from wam_cast.cli.output_files import ThrowFiles
 from wam_cast.cli.results import Executed, plan_record, print_json, throw_record
 from wam_cast.cli.terminal import HELP_STYLE, err, out, phase_progress, progress
-from wam_cast.cli.throwing import execute, given_throws, make_plans
+from wam_cast.cli.work.campaigning import learn
+from wam_cast.cli.work.crosschecking import crosscheck
+from wam_cast.cli.work.mapping import map_
+from wam_cast.cli.work.output_files import ThrowFiles
+from wam_cast.cli.work.throwing import execute, given_throws, make_plans
 from wam_cast.errors import InputError, MachineError
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=HELP_STYLE)
@@ -245,63 +246,9 @@ def reproduce(
         results.print_findings(findings, directory)
 
 
-@app.command("map")
-def map_(
-    picture: Annotated[
-        Path, typer.Option("--out", metavar="FILE.png", help="Where the figure goes (also .pdf, .svg).")
-    ],
-    radii: Annotated[int, typer.Option(min=2, help="How many distances from the base axis.")] = 12,
-    bearings: Annotated[int, typer.Option(min=2, help="How many cups at each of them.")] = 9,
-    casts: Annotated[
-        int, typer.Option(min=1, help="How many for each cup. Without noise all would be alike: one is cast.")
-    ] = 1,
-    scenario: options.Scenario = None,
-    model: options.Model = None,
-    planner: options.Planner = "program",
-    solver: options.Solver = None,
-    train: options.Train = False,
-    seed: Annotated[int, typer.Option(min=0, help="Draws the scenario's noise.")] = 0,
-    workers: options.Workers = None,
-    as_json: options.AsJson = False,
-) -> None:
-    """Plan and execute casts for cups all over the reachable floor, and draw it as a map.
-
-    The work is done when the map is drawn: the exit code is 0 whatever became of the balls. An interrupted map goes on when it is
-    started again: until it is drawn, finished casts are kept beside it, in FILE.png.unfinished.
-    """
-    from wam_cast.experiments.floor_map import MapSize, map_floor
-    from wam_cast.experiments.floor_picture import write_floor_picture
-    from wam_cast.visualization.picture_files import check_picture
-
-    check_picture(picture)
-    size = MapSize(radii, bearings, casts)
-    _, forward = model_choice.scenario_and_model(scenario, model, train)
-    chosen = {"scenario": scenario, "model": model, "planner": planner, "solver": solver, "seed": seed}
-    command = model_choice.command_line(
-        "map", out=picture, radii=radii, bearings=bearings, casts=casts, workers=workers, **chosen
-    )
-    with kept_until_drawn(picture, command) as finished:
-        with phase_progress() as report:
-            floor = map_floor(
-                forward,
-                size,
-                method=planner,
-                solver=solver,
-                seed=seed,
-                n_workers=workers,
-                directory=finished,
-                on_progress=report,
-            )
-        if as_json:
-            print_json({"picture": str(picture), **floor.record()})
-        else:
-            results.print_map(floor)
-        write_floor_picture(floor, picture)
-    if not as_json:
-        out.print(f"the map is in {picture}")
-
-
+app.command("map")(map_)
 app.command()(crosscheck)
+app.command()(learn)
 
 
 @app.command()

@@ -160,11 +160,12 @@ def fit(dataset: Path, file: Path, scenario: wc.Scenario | None) -> tuple[wc.For
 
 
 def command_line(command: str, *arguments: object, **options: object) -> str:
-    """Return a line of `wam-cast` for a shell; options that are None or False are left out, and True is a flag."""
+    """Return a line of `wam-cast` for a shell; options that are None or False are left out, True is a flag, a list repeats one."""
     words = ["wam-cast", command, *map(str, arguments)]
-    for name, value in options.items():
-        if value is not None and value is not False:
-            words += [f"--{name}"] if value is True else [f"--{name}", str(value)]
+    for name, values in options.items():
+        for value in values if isinstance(values, list) else [values]:
+            if value is not None and value is not False:
+                words += [f"--{name}"] if value is True else [f"--{name}", str(value)]
     return shlex.join(words)
 
 

@@ -102,7 +102,7 @@ def print_plans(plans: Sequence[wc.Plan]) -> None:
     ]
     rows = [
         (
-            _position(plan.cup),
+            format_position(plan.cup),
             *(f"{value:.4f}" for value in plan.cast.to_array()),
             f"{math.degrees(plan.cast.bearing):.2f}",
             f"{1e3 * plan.predicted_miss:.1f} ({1e3 * plan.predicted_std.along:.1f})",
@@ -115,7 +115,7 @@ def print_plans(plans: Sequence[wc.Plan]) -> None:
     out.print("clear: probability of a rim-clear entry (without touching the rim)")
     for plan in plans:
         if "against" in plan.reason:
-            out.print(f"cup {_position(plan.cup)}: {plan.reason}")
+            out.print(f"cup {format_position(plan.cup)}: {plan.reason}")
         _print_infeasible(plan)
 
 
@@ -123,14 +123,14 @@ def print_throws(executed: Sequence[Executed]) -> None:
     """Print a row for each cup."""
     rows = []
     for throw, plan, outcome in executed:
-        predicted = "-" if plan is None else _position(plan.predicted_landing)
-        landing, miss = _position(outcome.landing), f"{1e3 * outcome.miss:.1f}"
+        predicted = "-" if plan is None else format_position(plan.predicted_landing)
+        landing, miss = format_position(outcome.landing), f"{1e3 * outcome.miss:.1f}"
         if not math.isfinite(outcome.miss):
             landing = miss = "-"
-        rows.append((_position(throw.cup), predicted, landing, miss, outcome.status.value))
+        rows.append((format_position(throw.cup), predicted, landing, miss, outcome.status.value))
     print_table(rows, ["cup\n[m]", "predicted\n[m]", "executed\n[m]", "miss\n[mm]", "status"])
     for i, (throw, plan, outcome) in enumerate(executed, 1):
-        cup = f"cup {_position(throw.cup)}"
+        cup = f"cup {format_position(throw.cup)}"
         if plan is not None:
             _print_infeasible(plan)
         if plan is not None and plan.is_feasible and plan.rim_clear_probability < LOW_RIM_CLEAR_PROBABILITY:
@@ -245,10 +245,11 @@ def print_map(floor: FloorMap) -> None:
 
 def _print_infeasible(plan: wc.Plan) -> None:
     if not plan.is_feasible:
-        out.print(f"cup {_position(plan.cup)}: no cast is predicted to end in it ({plan.reason})")
+        out.print(f"cup {format_position(plan.cup)}: no cast is predicted to end in it ({plan.reason})")
 
 
-def _position(xy: Any) -> str:
+def format_position(xy: Any) -> str:
+    """Return world (x, y) [m] as tables have it."""
     # Adding 0 turns a rounded -0 into 0.
     return ", ".join(f"{round(value, 4) + 0:.4f}" for value in xy)
 

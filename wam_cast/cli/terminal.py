@@ -7,7 +7,7 @@ import logging
 import os
 import shutil
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, Literal
 
@@ -89,6 +89,41 @@ def print_table(rows: Sequence[Sequence[str]], headings: Sequence[str] = ()) -> 
             out.print(f"{' '.join(name.split())}: {value}")
         if headings:
             out.print()
+
+
+class GrowingTable:
+    """A table whose rows are printed as they come; if the terminal is too narrow for it, a line for each value.
+
+    Parameters
+    ----------
+    widths
+        Of the columns [letters], by their headings, which may have two lines.
+    """
+
+    def __init__(self, widths: Mapping[str, int]) -> None:
+        self._widths = dict(widths)
+        self._is_table = sum(self._widths.values()) + len(GAP) * (len(self._widths) - 1) <= out.width
+        headings = [f"{heading}\n".split("\n")[:2] for heading in self._widths]
+        if self._is_table:
+            for line in zip(*headings, strict=True):
+                self._print_line(line)
+
+    def add(self, *values: str) -> None:
+        """Print a row."""
+        if self._is_table:
+            self._print_line(values)
+        else:
+            for heading, value in zip(self._widths, values, strict=True):
+                out.print(f"{' '.join(heading.split())}: {value}")
+            out.print()
+
+    def _print_line(self, values: Sequence[str]) -> None:
+        cells = [value.ljust(width) for value, width in zip(values, self._widths.values(), strict=True)]
+        out.print(GAP.join(cells).rstrip())
+
+
+GAP = "  "
+"""Between two columns of a table that grows."""
 
 
 @contextmanager

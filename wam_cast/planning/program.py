@@ -284,7 +284,12 @@ def _search(built: CastProgram, start: Array, radius: float, solver: Solver) -> 
     for name, value in _OPTIONS[solver].items():
         options.SetOption(engine.solver_id(), name, value)
     evaluator.visited = [evaluator.cast(start)]
-    result = engine.Solve(program, start, options)
+    try:
+        result = engine.Solve(program, start, options)
+    except RuntimeError as error:  # SNOPT's, of whatever Python raises while it is asked, an interruption too
+        if "KeyboardInterrupt" in str(error):
+            raise KeyboardInterrupt from None
+        raise
     # NLopt gives no numbers where there is no solution.
     scaled = result.GetSolution(built.decision)
     scaled = np.clip(scaled if np.all(np.isfinite(scaled)) else start, 0.0, 1.0)

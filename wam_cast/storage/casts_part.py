@@ -58,29 +58,38 @@ class UnreadablePartError(PartError):
 def read_part(path: Path, rows: range, draw: Callable[[int], Array]) -> pa.Table | None:
     """Return the casts in a file, the first of `rows` or all of them; None if there is no file.
 
-    The columns of `SCHEMA` come first, whatever their order and equivalent type in the file; columns that are not ours follow.
-    `draw` gives the parameters of a row [m, m/s, s], (3,).
+    The columns of `SCHEMA` come first, columns that are not ours follow. `draw` gives the parameters of a row [m, m/s, s], (3,).
+    Raises `PartError`, as `read_table` does.
+    """
+    table = read_table(path, SCHEMA, len(rows))
+    if table is not None:
+        _check_values(table)
+        _check_casts(table, rows, draw)
+    return table
+
+
+def read_table(path: Path, schema: pa.Schema, most_rows: int) -> pa.Table | None:
+    """Return what is in a file; None if there is no file.
+
+    The columns of `schema` come first, whatever their order and equivalent type in the file; other columns follow.
 
     Raises
     ------
     UnreadablePartError
         If it is no Parquet file, or one that was damaged.
     PartError
-        If it can be read, but is not what it must be.
+        If it can be read, but has not these columns, or more rows than it may have.
     """
     try:
         check_regular(path)
         with path.open("rb") as content, pq.ParquetFile(content, page_checksum_verification=True) as file:
-            _check_size(file.metadata, rows)
+            _check_size(file.metadata, most_rows)
             table = file.read()
     except FileNotFoundError:
         return None
     except (OSError, pa.ArrowException) as error:
         raise UnreadablePartError(f"cannot be read ({' '.join(str(error).split())[:200]})") from None
-    table = _conform(table)
-    _check_values(table)
-    _check_casts(table, rows, draw)
-    return table
+    return _conform(table, schema)
 
 
 def write_part(path: Path, table: pa.Table) -> None:
@@ -94,17 +103,17 @@ def concatenated(tables: list[pa.Table]) -> pa.Table:
     return pa.concat_tables(tables, promote_options="permissive")
 
 
-def _check_size(metadata: pq.FileMetaData, rows: range) -> None:
-    if metadata.num_rows > len(rows):
-        raise PartError(f"holds {metadata.num_rows} casts, where {len(rows)} belong")
+def _check_size(metadata: pq.FileMetaData, most_rows: int) -> None:
+    if metadata.num_rows > most_rows:
+        raise PartError(f"holds {metadata.num_rows} casts, where {most_rows} belong")
     if sum(metadata.row_group(i).total_byte_size for i in range(metadata.num_row_groups)) > LARGEST_PART:
         raise PartError(f"unpacks to more than {LARGEST_PART} bytes")
 
 
-def _conform(table: pa.Table) -> pa.Table:
-    """Return the table with our columns first, each of its type."""
+def _conform(table: pa.Table, schema: pa.Schema) -> pa.Table:
+    """Return the table with the columns of `schema` first, each of its type."""
     columns: dict[str, pa.ChunkedArray] = {}
-    for field in SCHEMA:
+    for field in schema:
         if table.column_names.count(field.name) != 1:
             raise PartError(f"has {table.column_names.count(field.name)} columns {field.name}, where one belongs")
         column = table[field.name]

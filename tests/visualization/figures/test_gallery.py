@@ -9,6 +9,7 @@ import pytest
 from matplotlib.colors import to_rgb
 
 from wam_cast.simulation.outcome import Status
+from wam_cast.visualization.figures.adaptation_figures import draw_approach, draw_beliefs
 from wam_cast.visualization.figures.box_diagrams import draw_data_flow
 from wam_cast.visualization.figures.estimator_figures import (
     LearningCurve,
@@ -42,6 +43,7 @@ ERRORS = 0.002 * (SIGMAS + 1 / SIGMAS)
 N_TRAIN = np.array([25, 100, 400, 1300])
 FALLING = 1.0 / N_TRAIN
 CUP: Any = {"cup_radius": 0.03, "ball_radius": 0.02}
+RADIUS: Any = {"cup_radius": 0.03}
 PLANE = np.linspace(0.05, 0.4, 20), np.linspace(0.2, 0.85, 25)
 LANDING = np.add.outer(PLANE[1], 0.5 * PLANE[0])
 SLOW_ENOUGH = PLANE[0] > 0.2 * PLANE[1][:, None]
@@ -133,6 +135,16 @@ CASES = {
     "landing scatter of nothing": Case(
         draw_landing_scatter, (NONE, NONE), {"clear_radius": 0.01}
     ),
+    "beliefs": Case(
+        draw_beliefs, (FIVE, {"before": (0.01 * FIVE, 0.02 * FIVE), "after": (0.02 * FIVE, 0.001 * FIVE)}, (FIVE, 0.02 * FIVE)),
+        {"xlabel": "mean speed [m/s]"},
+    ),
+    "beliefs of nan": Case(draw_beliefs, (FIVE, {"before": (UNKNOWN, UNKNOWN)}), {"xlabel": "mean speed [m/s]"}),
+    "approach": Case(
+        draw_approach, (np.array([[0.06, 0.01], [np.nan, np.nan], [-0.01, 0.0], [0.002, 0.001]]), np.arange(4) > 1), RADIUS
+    ),
+    "approach of nan": Case(draw_approach, (np.full((2, 2), np.nan), np.zeros(2, dtype=bool)), RADIUS),
+    "approach of nothing": Case(draw_approach, (np.empty((0, 2)), np.zeros(0, dtype=bool)), RADIUS),
     "data flow": Case(draw_data_flow, ()),
 }  # fmt: skip
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import wam_cast as wc
 from wam_cast.cli import options
 from wam_cast.cli.options import parse_cast
-from wam_cast.cli.output_files import ThrowFiles
 from wam_cast.cli.terminal import err, progress
+from wam_cast.cli.work.output_files import ThrowFiles
 from wam_cast.errors import InputError, quoted
 
 if TYPE_CHECKING:

@@ -1,0 +1,1 @@
+"""What single commands do, where it is more than a few lines."""

@@ -15,7 +15,10 @@ from types import SimpleNamespace
 # Before NumPy is loaded, here and in the processes that tests start: the threads of BLAS would wait for each other longer than they
 # work, most of all where pytest uses the other cores too.
 os.environ.update(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1")
-# What one process has compiled the others need not: XLA takes half a minute for the batched engine.
+# What one process has compiled the others need not: Python takes seconds for what a process imports, XLA half a minute for the
+# batched engine.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(Path(__file__).parents[1] / ".pytest_cache" / "jax"))
 
 import hypothesis

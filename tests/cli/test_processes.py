@@ -47,7 +47,12 @@ def wait_for(condition, process, seconds=120):
 
 @pytest.mark.parametrize(
     ("words", "code"),
-    [(["--version"], 0), (["plan", "--cup", "-0.2,0.5", "--json"], 0), (["plan", "--cup", "5"], 2), (["plan"], 2)],
+    [
+        (["--version"], 0),
+        (["plan", "--cup", "-0.2,0.5", "--json"], 0),
+        pytest.param(["plan", "--cup", "5"], 2, marks=pytest.mark.slow),
+        (["plan"], 2),
+    ],
 )
 def test_exit_codes_and_streams(process, words, code):
     result = process(*words)
@@ -69,8 +74,8 @@ def test_a_miss_is_exit_code_1(process):
 @pytest.mark.parametrize(
     "words",
     [
-        "plan --cup 0.75",
         "--help",
+        pytest.param("plan --cup 0.75", marks=pytest.mark.slow),
         pytest.param("plan --cup 0.75 --json", marks=pytest.mark.slow),
         pytest.param("show --graph a.dot", marks=pytest.mark.slow),
     ],
@@ -97,7 +102,8 @@ def full_disk(request, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "words", ["--version", "--help", pytest.param("plan --cup 0.75 --json", marks=pytest.mark.slow)]
+    "words",
+    ["--version", *(pytest.param(words, marks=pytest.mark.slow) for words in ("--help", "plan --cup 0.75 --json"))],
 )
 def test_output_without_room_is_one_line(process, full_disk, words):
     result = process(*words.split(), stdout=full_disk)

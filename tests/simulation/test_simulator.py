@@ -81,7 +81,7 @@ def into_cup(simulator, free):
 
 def test_reused_and_fresh_simulators_give_the_same_free_cast(simulator, free):
     assert_identical(CastSimulator(Scenario()).simulate(TYPICAL), free[TYPICAL])
-    simulator.simulate(CASTS[3], (0.6, 0.5))
+    simulator.simulate(dataclasses.replace(CASTS[3], bearing=0.1), (0.7, 0.1))
     assert_identical(simulator.simulate(TYPICAL), free[TYPICAL])
 
 
@@ -156,7 +156,7 @@ def test_landing_converges_with_the_number_of_links(free):
 # ---------------------------------------------------------------- symmetry
 
 
-@pytest.mark.parametrize("bearing", [-0.5, 2.0])
+@pytest.mark.parametrize("bearing", [pytest.param(-0.5, marks=pytest.mark.slow), 2.0])
 def test_bearing_turns_the_landing_about_the_base_axis(simulator, free, bearing):
     straight = free[TYPICAL]
     outcome = simulator.simulate(dataclasses.replace(TYPICAL, bearing=bearing))
@@ -209,7 +209,7 @@ def test_cup_at_the_landing_catches(free, into_cup, cast):
         (TYPICAL, 0, -0.06, Status.SIDE),
         # Whose landing would be on another side, and as far off, if the cup's place were not seen in the casting plane.
         (CASTS[3], 0.06, 0, Status.SHORT),
-        (CASTS[3], 0, -0.06, Status.SIDE),
+        pytest.param(CASTS[3], 0, -0.06, Status.SIDE, marks=pytest.mark.slow),
     ],
     ids=str,
 )

@@ -276,7 +276,7 @@ def initialize(module, exec_dynamic=_imp.exec_dynamic):
     except BaseException:
         raise ImportError("what compiled modules make of it")
     exec_dynamic(module)
-    print("loaded")
+    print("loaded\\n", end="")
 
 def import_later(words):
     try:
@@ -304,7 +304,7 @@ class Interrupts:
 def drop(words):
     try:
         Interrupts()
-        print("loaded")
+        print("loaded\\n", end="")
         while True:
             pass
     finally:

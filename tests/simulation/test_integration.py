@@ -36,7 +36,7 @@ HEAVY = {"ball": {"mass": 0.045}, "string": {"length": 0.55}}
 STRINGS = [
     HEAVY,
     {"ball": {"mass": 0.060}},
-    {"ball": {"mass": 0.200}, "string": {"mass": 0.0005}},
+    pytest.param({"ball": {"mass": 0.200}, "string": {"mass": 0.0005}}, marks=pytest.mark.slow),
     {"ball": {"mass": 0.002}, "string": {"mass": 0.020}},
     {"string": {"bending_damping": 0.0, "hook_damping": 0.0}},
     pytest.param({"string": {"bending_damping": 2e-5}}, marks=pytest.mark.slow),

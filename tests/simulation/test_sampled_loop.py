@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from wam_cast.cast import Cast
@@ -89,11 +89,17 @@ def assert_equal(scenario, cast, belief=None):
     assert_same_recordings(found, diagram.record(cast, cup, noise_seed=5, returns=False))
 
 
-@settings(max_examples=4)
-@example(EVERYTHING, 0.0)
-@example({"controller": {"delay": 1}}, -0.1)
-@given(SETTINGS, st.sampled_from([0.0, 0.1]))
+@pytest.mark.parametrize(
+    ("values", "bearing"), [(EVERYTHING, 0.0), ({"controller": {"delay": 1}}, -0.1)], ids=["everything", "turn"]
+)
 def test_it_equals_the_diagram(values, bearing):
+    assert_equal(Scenario.from_dict(values | {"motion": SHORT_TURN}), Cast(0.30, 0.60, 0.10, bearing=bearing))
+
+
+@pytest.mark.slow
+@settings(max_examples=4)
+@given(SETTINGS, st.sampled_from([0.0, 0.4]))
+def test_it_equals_the_diagram_whatever_lies_between(values, bearing):
     assert_equal(Scenario.from_dict(values | {"motion": SHORT_TURN}), Cast(0.30, 0.60, 0.10, bearing=bearing))
 
 

@@ -33,6 +33,8 @@ CASTS = [
     Cast(0.17, 0.85, 0.50),  # the shortest move, and the longest wait: the liveliest string
 ]
 TYPICAL = CASTS[0]
+EACH = [pytest.param(cast, marks=[pytest.mark.slow] if cast.bearing else []) for cast in CASTS]
+"""Most of what the one with a bearing takes is its turn."""
 GRAZED = 0.025
 """Beyond the landing [m] the cup's rim turns the ball aside."""
 
@@ -127,7 +129,7 @@ def land_error_controlled(cast, accuracy):
     return find_crossing(track, reference.cup.rim_height).p_WL[:2]
 
 
-@pytest.mark.parametrize("cast", CASTS, ids=str)
+@pytest.mark.parametrize("cast", EACH, ids=str)
 def test_landing_agrees_with_error_controlled_integration(free, cast):
     np.testing.assert_allclose(free[cast].landing, land_error_controlled(cast, 1e-5), atol=1e-5)
 
@@ -226,7 +228,7 @@ def test_ball_that_hits_the_rim_bounces(simulator, free):
     assert outcome.status is Status.RIM_BOUNCE
 
 
-@pytest.mark.parametrize("cast", CASTS, ids=str)
+@pytest.mark.parametrize("cast", EACH, ids=str)
 def test_cup_out_of_reach_changes_no_landing(simulator, free, cast):
     outcome = simulator.simulate(cast, (-1.0, 0.0))
     np.testing.assert_allclose(outcome.landing, free[cast].landing, atol=5e-5)

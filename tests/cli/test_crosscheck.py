@@ -75,6 +75,7 @@ def test_without_mujoco_a_line_says_how_to_install_it(cli, monkeypatch):
     assert result.err == 'error: MuJoCo is not installed; pip install "wam_cast[crosscheck]"\n'
 
 
+@pytest.mark.slow
 def test_a_cast_through_drake_and_mujoco(cli, monkeypatch):
     pytest.importorskip("mujoco")
     monkeypatch.setitem(sys.modules, "wam_cast.batch.engine", None)

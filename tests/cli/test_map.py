@@ -151,6 +151,7 @@ def test_another_map_does_not_go_on_with_what_is_kept(cli, folder, noisy, monkey
     assert "with another model or solver ('" in cli("map", "--out", "map.png", *SMALL, *noisy).err
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("floor_without_physics")
 def test_a_damaged_part_of_a_map_is_cast_again(cli, folder, monkeypatch):
     whole = cli("map", "--out", "whole.png", *SMALL)

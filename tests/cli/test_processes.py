@@ -15,6 +15,7 @@ import pandas as pd
 import pytest
 
 import wam_cast as wc
+from wam_cast.generation.engines import simulate_row
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals and pipes of POSIX")
 
@@ -47,7 +48,12 @@ def wait_for(condition, process, seconds=120):
 
 @pytest.mark.parametrize(
     ("words", "code"),
-    [(["--version"], 0), (["plan", "--cup", "-0.2,0.5", "--json"], 0), (["plan", "--cup", "5"], 2), (["plan"], 2)],
+    [
+        (["--version"], 0),
+        (["plan", "--cup", "-0.2,0.5", "--json"], 0),
+        pytest.param(["plan", "--cup", "5"], 2, marks=pytest.mark.slow),
+        (["plan"], 2),
+    ],
 )
 def test_exit_codes_and_streams(process, words, code):
     result = process(*words)
@@ -69,8 +75,8 @@ def test_a_miss_is_exit_code_1(process):
 @pytest.mark.parametrize(
     "words",
     [
-        "plan --cup 0.75",
         "--help",
+        pytest.param("plan --cup 0.75", marks=pytest.mark.slow),
         pytest.param("plan --cup 0.75 --json", marks=pytest.mark.slow),
         pytest.param("show --graph a.dot", marks=pytest.mark.slow),
     ],
@@ -97,7 +103,8 @@ def full_disk(request, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "words", ["--version", "--help", pytest.param("plan --cup 0.75 --json", marks=pytest.mark.slow)]
+    "words",
+    ["--version", *(pytest.param(words, marks=pytest.mark.slow) for words in ("--help", "plan --cup 0.75 --json"))],
 )
 def test_output_without_room_is_one_line(process, full_disk, words):
     result = process(*words.split(), stdout=full_disk)
@@ -162,21 +169,26 @@ def test_an_interrupted_generation_goes_on_to_the_same_dataset(start, process, f
     kept = {path.name: path.read_bytes() for path in casts.iterdir()}
     assert "part-00000.parquet" in kept
     assert len(kept) < 2
-    first, *_ = err.splitlines()
+    first, *_, last = err.splitlines()
+    assert last == "interrupted"
     number, total = re.match(r"(\d+) of (\d+) casts were simulated", first).groups()
     assert 50 <= int(number) < int(total) == 80
     command = first.split("Go on with: wam-cast ")[1]
     assert process(*shlex.split(command)).code == 0
     for name, content in kept.items():
         assert (casts / name).read_bytes() == content
-    assert process(*words, "--out", "whole").code == 0
-    pd.testing.assert_frame_equal(wc.CastDataset.load("a b").frame, wc.CastDataset.load("whole").frame)
+    frame = wc.CastDataset.load("a b").frame
+    assert list(frame["cast"]) == list(range(80))
+    some = [*range(0, 80, 8), 49, 50, 79]  # to the ends of both parts; tests/faults compares all rows, without physics
+    undisturbed = pd.DataFrame([simulate_row(wc.Scenario(), 5, row) for row in some])[frame.columns]
+    pd.testing.assert_frame_equal(
+        frame.iloc[some].reset_index(drop=True), undisturbed, check_dtype=False, rtol=0, atol=0
+    )
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("words", ["generate --casts 250 --workers 2 --out run", "reproduce --quick --out run"])
-def test_an_interruption_amid_the_casts_shows_nothing_of_the_inside(start, folder, words):
-    running = start(*words.split())
+def test_an_interruption_amid_the_casts_shows_nothing_of_the_inside(start, folder):
+    running = start("reproduce", "--quick", "--out", "run")
     wait_for(lambda: list(folder.rglob("part-00000.parquet")), running)
     _, err = ctrl_c(running)
     assert running.returncode == 130
@@ -193,7 +205,7 @@ def test_the_commands_that_an_error_names_work_as_printed(process):
     commands = re.findall(r"`wam-cast (.*?)`", process(*throw).err)
     assert len(commands) == 2
     for command in commands:
-        result = process(*shlex.split(command.replace("--casts 1700", "--casts 60")))
+        result = process(*shlex.split(command.replace("--casts 1700", "--casts 34")))
         assert (result.code, result.err) == (0, "")
     result = process(*throw)
     assert json.loads(result.out)["status"]
@@ -264,7 +276,7 @@ def initialize(module, exec_dynamic=_imp.exec_dynamic):
     except BaseException:
         raise ImportError("what compiled modules make of it")
     exec_dynamic(module)
-    print("loaded")
+    print("loaded\\n", end="")
 
 def import_later(words):
     try:
@@ -292,7 +304,7 @@ class Interrupts:
 def drop(words):
     try:
         Interrupts()
-        print("loaded")
+        print("loaded\\n", end="")
         while True:
             pass
     finally:

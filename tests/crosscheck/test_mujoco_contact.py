@@ -88,6 +88,7 @@ def test_mujocos_own_contact_keeps_the_same_share(restitution):
     assert data.qvel[2] == pytest.approx(2 * restitution, abs=0.02)
 
 
+@pytest.mark.slow
 def test_verdicts_are_drakes():
     (one,) = compare_verdicts(SCENARIO, 1, seed=2, offsets=(0.01,))
     assert one.is_same

@@ -31,6 +31,7 @@ def both(scenario, seed, rows):
         yield drake, columns_of(simulator, sample_cast(scenario, seed, row), row_noise_seed(seed, row))
 
 
+@pytest.mark.slow
 def test_landings_are_drakes():
     off = []
     for drake, own in both(Scenario(), 2, range(5)):

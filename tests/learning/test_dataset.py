@@ -405,6 +405,7 @@ def test_what_is_no_dataset_is_refused(tmp_path, manifest):
 # --- workers
 
 
+@pytest.mark.slow
 def test_a_cast_whose_process_died_is_simulated_again(helper, monkeypatch):
     monkeypatch.setattr(dataset, "simulate_row", helper.dying_row)
     frame = generate(3, executor=None, n_workers=1).frame
@@ -553,6 +554,7 @@ def test_ctrl_c_ends_a_run_soon_and_keeps_finished_parts(start_run, tmp_path):
     assert not list((tmp_path / "data").rglob("*.tmp"))
 
 
+@pytest.mark.slow
 def test_ctrl_c_while_the_workers_start_is_left_to_their_parent(start_run):
     run = start_run(0)
     time.sleep(0.7)

@@ -635,10 +635,10 @@ def declared(shape):
 
 
 BOMBS = {
-    "unpacks to 300 MB": lambda file: zipped(file, "training_casts", bytes(300_000_000)),
+    "unpacks to 100 MB": lambda file: zipped(file, "training_casts", bytes(100_000_000)),
     "says that it is 8 TB": lambda file: zipped(file, "training_casts", declared((10**12,))),
-    "says less than it unpacks to": lambda file: zipped(file, "training_casts", bytes(300_000_000), said=100),
-    "300 MB as it is": lambda file: os.truncate(file, 300_000_000),
+    "says less than it unpacks to": lambda file: zipped(file, "training_casts", bytes(100_000_000), said=100),
+    "100 MB as it is": lambda file: os.truncate(file, 100_000_000),
 }
 
 

@@ -26,7 +26,7 @@ def after(n_done):
     return tell
 
 
-@pytest.mark.parametrize("n_done", [0, 1, 3])
+@pytest.mark.parametrize("n_done", [0, pytest.param(1, marks=pytest.mark.slow), 3])
 def test_of_a_dataset(helper, monkeypatch, n_done):
     monkeypatch.setattr(dataset, "simulate_row", helper.dead_row)
     with pytest.raises(MyError):

@@ -100,6 +100,7 @@ def test_test_part_is_opened_once_and_last(reproduce, monkeypatch):
     assert "fit" not in events[events.index("open") :]
 
 
+@pytest.mark.slow
 def test_all_phases_share_one_split(reproduce, monkeypatch):
     seen = []
 

@@ -12,9 +12,9 @@ from scipy.linalg import cho_factor, cho_solve
 
 from wam_cast.adaptation.priors.known_priors import prior_of
 from wam_cast.adaptation.priors.offset import OffsetPrior
-from wam_cast.adaptation.robot import LANDING_STD
+from wam_cast.adaptation.robot import LANDING_STD, MOVE_STD, Observation
 from wam_cast.adaptation.robot_distribution import RobotDistribution
-from wam_cast.cast import Cast
+from wam_cast.cast import PARAMETERS, Cast
 from wam_cast.errors import InputError, quoted
 from wam_cast.learning.reference import reference_model_for
 from wam_cast.planning.landing_distribution import scatter_of_move
@@ -34,6 +34,9 @@ PEAKS = [PEAK_TORQUE_UTILIZATION, PEAK_VELOCITY_UTILIZATION]
 
 PEAK_DEVIATIONS = 2.0
 """Standard deviations that a predicted peak utilization lies above its mean: a robot that meets a limit stops short."""
+
+REACH_DEVIATIONS = 2.0
+"""By how many standard deviations of the landing the reach is less than the believed robot's."""
 
 WIDTHS = (1.0, 1.5, 2.25, 3.4, 5.0)
 """Among these is the factor of the prior's standard deviations that best explains what is observed: a robot may be farther from
@@ -79,6 +82,7 @@ class AdaptiveModel:
     def __init__(self, believed: Predictor, prior: OffsetPrior) -> None:
         self._believed, self._prior = believed, prior
         self.bearing = 0.0
+        self._reach = _common_reach(believed, prior)
         self._seen = _Seen(np.empty((0, prior.n_weights)), np.empty(0), np.empty(0))
         self.posterior = _posterior(self._seen, 1.0)
 
@@ -125,8 +129,8 @@ class AdaptiveModel:
 
     @property
     def reach(self) -> tuple[float, float]:
-        """The believed robot's [m]."""
-        return self._believed.reach
+        """What 98 % of such robots reach, before the first cast [m]: less than the believed robot does."""
+        return self._reach
 
     @property
     def training_casts(self) -> Array:
@@ -150,7 +154,24 @@ class AdaptiveModel:
         return turned
 
     @checks_types
-    def observe(self, casts: Sequence[Cast], landings: ArrayLike, std: float = LANDING_STD) -> Self:
+    def learn(self, observations: Sequence[Observation]) -> Self:
+        """Return a model that knows what was seen of these casts too.
+
+        A cast counts as the arm's encoders saw it executed, unless the scenario's noise moves it by less than they err.
+        """
+        noise, learned = self.scenario.noise, self
+        repeats = all(getattr(noise, name) <= getattr(MOVE_STD, name) for name in PARAMETERS)
+        for seen in observations:
+            made = None if repeats else seen.executed
+            learned = learned.observe(
+                [made or seen.cast], [seen.landing], seen.landing_std, is_measured=made is not None
+            )
+        return learned
+
+    @checks_types
+    def observe(
+        self, casts: Sequence[Cast], landings: ArrayLike, std: float = LANDING_STD, *, is_measured: bool = False
+    ) -> Self:
         """Return a model that knows these casts' landings too.
 
         Parameters
@@ -161,6 +182,9 @@ class AdaptiveModel:
             World (x, y) [m] of each, shape (k, 2); a row of nan, of a ball that did not come down, teaches nothing.
         std
             Standard deviation of the measurement, in x and in y [m].
+        is_measured
+            Whether the casts are as the arm's encoders saw them made, to `.MOVE_STD`, and not as they were commanded: then the
+            noise of the move does not hide where the robot casts.
 
         Raises
         ------
@@ -176,27 +200,28 @@ class AdaptiveModel:
             raise InputError(f"std = {std:g} m must be at least 0")
         landed = [(cast, place) for cast, place in zip(casts, places, strict=True) if not np.isnan(place).any()]
         learned = copy(self)
-        seen = [self._seen, *(self._observation(cast, place, std) for cast, place in landed)]
+        seen = [self._seen, *(self._observation(cast, place, std, is_measured) for cast, place in landed)]
         learned._seen = _Seen(*(np.concatenate(parts) for parts in zip(*seen, strict=True)))
         learned.posterior = _posterior(learned._seen, _likeliest_width(learned._seen))
         return learned
 
-    def _observation(self, cast: Cast, place: Array, std: float) -> _Seen:
+    def _observation(self, cast: Cast, place: Array, std: float, is_measured: bool) -> _Seen:
         """Return what one landing shows, along and across the casting plane."""
         x = cast.to_array()[:3]
         cosine, sine = np.cos(cast.bearing), np.sin(cast.bearing)
         in_plane = np.array([cosine * place[0] + sine * place[1], cosine * place[1] - sine * place[0]])
         values = self._prior.predict(x[np.newaxis], cast.bearing).values[0][:, LANDING].T
         expected = self._believed.predict(x[np.newaxis])[0, LANDING] + values[:, 0]
-        return _Seen(values[:, 1:], in_plane - expected, std**2 + self.noise_variance(x))
+        return _Seen(values[:, 1:], in_plane - expected, std**2 + self.noise_variance(x, is_measured))
 
-    def noise_variance(self, cast: Array) -> Array:
+    def noise_variance(self, cast: Array, is_measured: bool) -> Array:
         """Return the variance of one cast's landing along and across, (2,) [m^2], beyond that of the weights.
 
-        It is that of the scenario's noise, and of what offset and believed model leave.
+        It is that of the scenario's noise, of the move only as far as it is not measured, and of what offset and believed model
+        leave.
         """
         noise = self.scenario.noise
-        moved, _ = scatter_of_move(self._believed, cast, noise)
+        moved, _ = scatter_of_move(self._believed, cast, MOVE_STD if is_measured else noise)
         along = moved + self._believed.linearize(cast).std ** 2
         rest = self._prior.predict(cast[np.newaxis], self.bearing).variance[0, LANDING]
         return np.asarray(rest + (noise.swing * self.scenario.string.length) ** 2 + [along, 0.0])
@@ -256,6 +281,18 @@ class AdaptiveModel:
         """Return the variance of outputs for the weights' uncertainty, shape (n, outputs)."""
         components = values[:, 1:]
         return np.asarray(np.einsum("nco,cd,ndo->no", components, self.posterior.covariance, components, optimize=True))
+
+
+def _common_reach(believed: Predictor, prior: OffsetPrior) -> tuple[float, float]:
+    """Return the believed reach, less at either end by as much as a robot's landings may be off there."""
+    ends = []
+    for inward, end in zip((1.0, -1.0), believed.reach, strict=True):
+        nearest = np.argmin(np.abs(believed.training_outputs[:, ALONG] - end))
+        offset = prior.predict(believed.training_casts[nearest : nearest + 1], 0.0)
+        components = offset.values[0, 1:, ALONG]
+        std = np.sqrt(components @ components + offset.variance[0, ALONG])
+        ends.append(end + inward * REACH_DEVIATIONS * float(std))
+    return ends[0], ends[1]
 
 
 def _posterior(seen: _Seen, width: float) -> Posterior:

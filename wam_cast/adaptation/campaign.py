@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from wam_cast.adaptation.adaptive_model import AdaptiveModel
-from wam_cast.adaptation.campaign_directory import MOST_CASTS, SCHEMA, CampaignDirectory, Row
+from wam_cast.adaptation.campaign_directory import EXECUTED, MOST_CASTS, SCHEMA, CampaignDirectory, Row
 from wam_cast.adaptation.robot import Observation, Robot, SimulatedRobot
 from wam_cast.cast import Cast, checked_cup
 from wam_cast.errors import InputError, MachineError, checked_integer, quoted, shortened
@@ -43,6 +43,7 @@ class Campaign:
             predicted_x, predicted_y            world (x, y) where the plan expected the ball [m]
             predicted_std_along, ..._across     its standard deviations, see `Plan.predicted_std` [m]
             is_feasible, reason                 of the plan
+            executed_distance, ..._speed, ..._wait      as the arm's encoders saw it, nan if they did not
             landing_x, landing_y, landing_std   what was observed [m], see `.Observation`
             miss                                distance of the observed landing from the cup's axis [m]
             is_caught, status, limits_hit       what was observed
@@ -170,6 +171,7 @@ def _row(number: int, plan: Plan, seen: Observation) -> Row:
             "predicted_std_across": plan.predicted_std.across,
             "is_feasible": plan.is_feasible,
             "reason": plan.reason,
+            **dict(zip(EXECUTED, _executed(seen), strict=True)),
             "landing_x": landing_x,
             "landing_y": landing_y,
             "landing_std": float(seen.landing_std),
@@ -187,6 +189,12 @@ def _row(number: int, plan: Plan, seen: Observation) -> Row:
             "a standard deviation from 0 on, is_caught, status and limits_hit"
         )
     return {"number": number, "cup_x": plan.cup[0], "cup_y": plan.cup[1], **values}
+
+
+def _executed(seen: Observation) -> tuple[float, float, float]:
+    """Return distance, speed and wait as the encoders saw them, nan if they did not."""
+    made = seen.executed
+    return (math.nan,) * 3 if made is None else (float(made.distance), float(made.speed), float(made.wait))
 
 
 def _keep(store: CampaignDirectory, rows: list[Row]) -> None:
@@ -211,6 +219,13 @@ def _keep(store: CampaignDirectory, rows: list[Row]) -> None:
 
 def _learned(model: AdaptiveModel, row: Row) -> AdaptiveModel:
     """Return the model that has learned from a row too."""
-    cast = Cast(*(row[name] for name in ("distance", "speed", "wait", "bearing")))
-    landing = np.array([[row["landing_x"], row["landing_y"]]])
-    return model.observe([cast], landing, row["landing_std"])
+    casts = [
+        Cast.from_array(np.array([row[name] for name in names]), row["bearing"])
+        for names in (("distance", "speed", "wait"), EXECUTED)
+        if not math.isnan(row[names[0]])
+    ]
+    landing, executed = np.array([row["landing_x"], row["landing_y"]]), casts[1] if len(casts) == 2 else None
+    seen = Observation(
+        casts[0], landing, row["landing_std"], row["is_caught"], row["status"], tuple(row["limits_hit"]), executed
+    )
+    return model.learn([seen])

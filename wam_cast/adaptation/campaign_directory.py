@@ -45,6 +45,9 @@ SCHEMA = pa.schema(
         ("predicted_std_across", pa.float64()),
         ("is_feasible", pa.bool_()),
         ("reason", pa.string()),
+        ("executed_distance", pa.float64()),
+        ("executed_speed", pa.float64()),
+        ("executed_wait", pa.float64()),
         ("landing_x", pa.float64()),
         ("landing_y", pa.float64()),
         ("landing_std", pa.float64()),
@@ -56,8 +59,10 @@ SCHEMA = pa.schema(
 )
 """The columns of a log; `.Campaign` says what they mean."""
 
-MAY_BE_NAN = ("landing_x", "landing_y", "miss")
-"""Of a ball that never came down."""
+EXECUTED = ("executed_distance", "executed_speed", "executed_wait")
+
+MAY_BE_NAN = (*EXECUTED, "landing_x", "landing_y", "miss")
+"""Where nobody saw the move, or the ball never came down."""
 
 MAY_BE_MISSING = ("is_caught",)
 """Where nobody saw."""

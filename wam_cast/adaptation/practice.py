@@ -62,7 +62,7 @@ def choose_practice(model: AdaptiveModel, n_casts: int, cups: Sequence[Position]
     goals = np.concatenate([_components(model, plan_cast(model, cup).cast) for cup in wanted])
     casts = _candidates(model)
     features = np.concatenate([model.toward(bearing).landing_components(casts) for bearing in bearings])
-    noise = LANDING_STD**2 + np.tile([model.noise_variance(cast)[0] for cast in casts], len(bearings))
+    noise = LANDING_STD**2 + np.tile([model.noise_variance(cast, is_measured=True)[0] for cast in casts], len(bearings))
     covariance, chosen = model.posterior.covariance, []
     for _ in range(n_casts):
         of_candidates = features @ covariance

@@ -11,13 +11,18 @@ import numpy as np
 from wam_cast.adaptation.robot_distribution import RobotDistribution
 from wam_cast.cast import Cast
 from wam_cast.errors import InputError
-from wam_cast.scenario import Scenario
+from wam_cast.motion.noise_draws import executed_cast
+from wam_cast.scenario import Noise, Scenario
 from wam_cast.simulation.simulator import simulate_cast
 from wam_cast.types import Array, Position, checks_types
 
 LANDING_STD = 0.002
 """Standard deviation of an observed landing in x and in y, by default [m]. Estimate: a camera above the cup, or a mark in sand.
 Four cameras track a flying ball to 7 mm."""
+
+MOVE_STD = Noise(distance=0.001, speed=0.003, wait=0.0015)
+"""Standard deviations of a move as the arm's encoders saw it. Estimate: a count of 4,096 a turn is 1.2 mm at the hand, and a stage
+begins within a control period."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +43,9 @@ class Observation:
         What became of the ball, in a word: a `.Status`.
     limits_hit
         Which limits the arm met, such as `("joint 4 speed",)`.
+    executed
+        The cast as the arm made it, which is not quite as it was commanded: distance, speed and wait as its encoders saw them, to
+        `MOVE_STD`. None where nobody looked; a landing teaches less then.
     """
 
     cast: Cast
@@ -46,6 +54,7 @@ class Observation:
     is_caught: bool | None
     status: str
     limits_hit: tuple[str, ...]
+    executed: Cast | None = None
 
 
 @runtime_checkable
@@ -72,6 +81,8 @@ class SimulatedRobot:
         Of the noise.
     landing_std
         Of a measured landing, in x and in y [m].
+    sees_move
+        Whether its encoders tell how the cast was executed.
     n_before
         Casts that it made before, so that the noise of the next one is that of the number after.
     """
@@ -84,12 +95,13 @@ class SimulatedRobot:
         *,
         seed: int = 0,
         landing_std: float = LANDING_STD,
+        sees_move: bool = True,
         n_before: int = 0,
     ) -> None:
         if not 0 <= landing_std < 1:
             raise InputError(f"landing_std = {landing_std:g} m must be at least 0 and less than 1")
         self._truth, self.belief = truth, belief or truth
-        self._seed, self._landing_std, self.n_casts = seed, landing_std, n_before
+        self._seed, self._landing_std, self._sees_move, self.n_casts = seed, landing_std, sees_move, n_before
 
     @classmethod
     @checks_types
@@ -109,6 +121,18 @@ class SimulatedRobot:
         noise_seed = int(np.random.SeedSequence(number).generate_state(1)[0])
         outcome = simulate_cast(self._truth, cast, cup, belief=self.belief, noise_seed=noise_seed)
         self.n_casts += 1
-        measured = outcome.landing + self._landing_std * np.random.default_rng(number).standard_normal(2)
-        is_caught = None if cup is None else outcome.is_caught
-        return Observation(cast, measured, self._landing_std, is_caught, str(outcome.status), outcome.limits_hit)
+        rng = np.random.default_rng(number)
+        measured = outcome.landing + self._landing_std * rng.standard_normal(2)
+        made = executed_cast(self._truth.noise, cast, noise_seed).to_array()
+        seen = np.maximum(
+            made + [MOVE_STD.distance, MOVE_STD.speed, MOVE_STD.wait] * rng.standard_normal(3), [1e-3, 1e-3, 0]
+        )
+        return Observation(
+            cast,
+            measured,
+            self._landing_std,
+            None if cup is None else outcome.is_caught,
+            str(outcome.status),
+            outcome.limits_hit,
+            Cast.from_array(seen, cast.bearing) if self._sees_move else None,
+        )

@@ -25,6 +25,7 @@ from wam_cast.cli.work.crosschecking import crosscheck
 from wam_cast.cli.work.mapping import map_
 from wam_cast.cli.work.output_files import ThrowFiles
 from wam_cast.cli.work.throwing import execute, given_throws, make_plans
+from wam_cast.cli.work.transferring import transfer
 from wam_cast.errors import InputError, MachineError
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=HELP_STYLE)
@@ -249,6 +250,7 @@ def reproduce(
 app.command("map")(map_)
 app.command()(crosscheck)
 app.command()(learn)
+app.command()(transfer)
 
 
 @app.command()

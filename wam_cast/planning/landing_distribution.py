@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import ndtr
 
-from wam_cast.planning.prediction import Predictor
+from wam_cast.planning.prediction import ACROSS, DirectedPredictor, Predictor
 from wam_cast.scenario import Noise, Scenario
 from wam_cast.types import Array
 
@@ -108,7 +108,10 @@ def landing_std(model: Predictor, parameters: Array, noise: Noise) -> LandingStd
     """
     swing = noise.swing * model.scenario.string.length
     mean_square, _ = scatter_of_move(model, parameters, noise)
-    return LandingStd(math.sqrt(model.linearize(parameters).std ** 2 + mean_square + swing**2), swing)
+    across = model.predict_std(parameters[np.newaxis])[0, ACROSS] if isinstance(model, DirectedPredictor) else 0.0
+    return LandingStd(
+        math.sqrt(model.linearize(parameters).std ** 2 + mean_square + swing**2), math.hypot(across, swing)
+    )
 
 
 def rim_clear_probability(

@@ -72,3 +72,6 @@ class DirectedPredictor(Predictor, Protocol):
 
     def toward(self, bearing: float) -> Predictor:
         """Return the model of the casts at a bearing [rad]."""
+
+    def predict_std(self, casts: Array) -> Array:
+        """Return the standard deviations of what is predicted, shape (n, 7), for casts of shape (n, 3)."""

@@ -87,7 +87,7 @@ def read_table(path: Path, schema: pa.Schema, most_rows: int) -> pa.Table | None
             table = file.read()
     except FileNotFoundError:
         return None
-    except (OSError, pa.ArrowException) as error:
+    except (OSError, UnicodeError, pa.ArrowException) as error:
         raise UnreadablePartError(f"cannot be read ({' '.join(str(error).split())[:200]})") from None
     return _conform(table, schema)
 

@@ -94,7 +94,7 @@ class InterpolatedPrior:
     @property
     def n_weights(self) -> int:
         """Number of weights."""
-        return self.values.shape[1] - 1
+        return int(self.values.shape[1]) - 1
 
     def predict(self, casts: Array, bearing: float) -> Offset:
         """Return mean, components and rest at casts (n, 3) at a bearing [rad]."""

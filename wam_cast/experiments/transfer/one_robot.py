@@ -10,7 +10,8 @@ import numpy as np
 import pandas as pd
 
 from wam_cast.adaptation.adaptive_model import AdaptiveModel
-from wam_cast.adaptation.robot import LANDING_STD, Observation, SimulatedRobot
+from wam_cast.adaptation.methods import AdaptationMethod
+from wam_cast.adaptation.robot import Observation, SimulatedRobot
 from wam_cast.cast import Cast
 from wam_cast.casting_plane import from_casting_plane, from_polar, to_casting_plane
 from wam_cast.experiments.frames import Record, Result, Rows
@@ -69,7 +70,7 @@ class UnknownRobot:
     settings: TransferSettings
     truth: Scenario
     number: int
-    models: Mapping[str, AdaptiveModel]
+    models: Mapping[AdaptationMethod, AdaptiveModel]
     practice: Sequence[Cast]
 
     def study(self) -> RobotStudy:
@@ -79,7 +80,7 @@ class UnknownRobot:
             (method, k, cup, plan, model)
             for method, before in self.models.items()
             for k in (self.settings.ks if method != "nominal" else (0,))
-            for model in [self._after(before, seen[:k])]
+            for model in [before.learn(seen[:k])]
             for cup in range(self.settings.n_cups if method in (BEST, "nominal") else self.settings.n_compared_cups)
             for plan in [plan_cast(model, from_polar(*self._cups[cup]))]
         ]
@@ -102,10 +103,6 @@ class UnknownRobot:
     def _practise(self) -> list[Observation]:
         robot = self._robot(derived_seed(self.settings.seed, Purpose.NOISE, 2 * self.number))
         return [robot.cast(cast) for cast in self.practice]
-
-    def _after(self, model: AdaptiveModel, seen: Sequence[Observation]) -> AdaptiveModel:
-        places = np.array([one.landing for one in seen]).reshape(-1, 2)
-        return model.observe([one.cast for one in seen], places, LANDING_STD)
 
     def _landings(self, casts: Sequence[Cast]) -> Array:
         """Return where casts land without noise, world (x, y) [m], shape (n, 2)."""
@@ -165,7 +162,7 @@ class UnknownRobot:
                 first = number
             if in_a_row == STREAK:
                 return first, number, number
-            model = self._after(model, [seen])
+            model = model.learn([seen])
         return first, None, self.settings.longest_campaign
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pandas as pd
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from wam_cast.experiments.frames import to_plain
@@ -91,7 +92,7 @@ def render_markdown(summary: TransferSummary, settings: TransferSettings, folder
     )
 
 
-def _panels(figure: Figure, settings: TransferSettings) -> dict[str, object]:
+def _panels(figure: Figure, settings: TransferSettings) -> dict[str, Axes]:
     panels = figure.subplots(1, len(settings.groups), sharey=True, squeeze=False)[0]
     return {group.name: axes for group, axes in zip(settings.groups, panels, strict=True)}
 
@@ -100,7 +101,7 @@ def _bias(figure: Figure, summary: TransferSummary, settings: TransferSettings) 
     for group, axes in _panels(figure, settings).items():
         of_group = summary.bias[summary.bias["group"] == group]
         curves = {
-            method: (rows["k"].to_numpy(dtype=float), rows["p95"].to_numpy(dtype=float))
+            str(method): (rows["k"].to_numpy(dtype=float), rows["p95"].to_numpy(dtype=float))
             for method, rows in of_group.groupby("method", sort=False)
         }
         draw_bias(axes, curves, title=group)
@@ -112,7 +113,7 @@ def _hit_rates(figure: Figure, summary: TransferSummary, settings: TransferSetti
     best = summary.hits[summary.hits["method"] == BEST]
     for group, axes in _panels(figure, settings).items():
         curves = {
-            cup: tuple(rows[name].to_numpy(dtype=float) for name in ("k", "rate", "low", "high"))
+            str(cup): rows[["k", "rate", "low", "high"]].to_numpy(dtype=float).T
             for cup, rows in best[best["group"] == group].groupby("cup", sort=False)
         }
         draw_hit_rates(axes, curves, title=group)

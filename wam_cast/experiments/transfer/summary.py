@@ -77,7 +77,7 @@ def summarize(settings: TransferSettings, studies: Mapping[str, Sequence[RobotSt
 def _bias(group: str, method: str, k: int, plans: pd.DataFrame) -> dict[str, object]:
     statistics = describe(plans["bias"].to_numpy(dtype=float))
     named = {"group": group, "method": method, "k": k, "n": len(plans), "n_never": len(plans) - statistics["n"]}
-    return named | {name: statistics[name] for name in ("median", "p95", "max")}  # type: ignore[literal-required]
+    return named | {name: statistics[name] for name in ("median", "p95", "max")}
 
 
 def _hits(group: str, method: str, k: int, plans: pd.DataFrame) -> list[dict[str, object]]:

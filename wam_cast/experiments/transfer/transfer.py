@@ -13,7 +13,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from wam_cast.adaptation.adaptive_model import AdaptiveModel
-from wam_cast.adaptation.methods import adaptive_model
+from wam_cast.adaptation.methods import AdaptationMethod, adaptive_model
 from wam_cast.adaptation.practice import choose_practice
 from wam_cast.cast import Cast
 from wam_cast.errors import checked_integer
@@ -102,7 +102,7 @@ class _Knowledge:
 
     settings: TransferSettings
     group: Group
-    models: dict[str, AdaptiveModel]
+    models: dict[AdaptationMethod, AdaptiveModel]
     practice: list[Cast]
 
     @classmethod

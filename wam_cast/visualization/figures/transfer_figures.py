@@ -35,15 +35,15 @@ def draw_bias(axes: Axes, curves: Mapping[str, Curve], *, title: str) -> None:
     _label_steps(axes, ks)
 
 
-def draw_hit_rates(axes: Axes, curves: Mapping[str, tuple[Array, Array, Array, Array]], *, title: str) -> None:
+def draw_hit_rates(axes: Axes, curves: Mapping[str, Array], *, title: str) -> None:
     """Draw hit rates over practice casts, a curve a cup, with their intervals.
 
     Parameters
     ----------
     curves
-        By cup: practice casts, the rate, and the lower and upper end of its interval, each of shape (n,).
+        By cup: practice casts, the rate, and the lower and upper end of its interval, shape (4, n).
     """
-    ks = _all_ks({name: curve[:2] for name, curve in curves.items()})
+    ks = np.unique(np.concatenate([curve[0] for curve in curves.values()]))
     styles = curve_styles(curves)
     for number, (name, (k, rate, low, high)) in enumerate(curves.items()):
         x = _steps(ks, k) + HALF_SPREAD * (number - (len(curves) - 1) / 2)

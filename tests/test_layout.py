@@ -47,7 +47,7 @@ BELOW = {
     "visualization": ("base", "storage", "motion", "robot", "simulation", "planning", "learning"),
     "experiments": (
         *("base", "parallel", "storage", "motion", "robot", "simulation", "generation"),
-        *("planning", "learning", "visualization"),
+        *("batch", "planning", "learning", "adaptation", "visualization"),
     ),
     "cli": (
         *("base", "parallel", "storage", "motion", "robot", "simulation", "generation"),

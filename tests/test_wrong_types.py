@@ -99,6 +99,32 @@ CALLS = {
         lambda: simulator().record_sequence,
         {"throws": [wc.Throw(CAST, CUP)], "noise_seed": 0, "on_outcome": None, "on_recording": None},
     ),
+    "RobotDistribution": (
+        lambda: wc.RobotDistribution,
+        {"believed": SCENARIO, "ranges": (), "scale": 1.0, "shifts": {}},
+    ),
+    "RobotDistribution.scaled": (lambda: wc.RobotDistribution().scaled, {"scale": 2.0}),
+    "RobotDistribution.shifted": (lambda: wc.RobotDistribution().shifted, {"shifts": {"ball.mass": 0.5}}),
+    "RobotDistribution.draw": (lambda: wc.RobotDistribution().draw, {"seed": 0}),
+    "SimulatedRobot": (
+        lambda: wc.SimulatedRobot,
+        {"truth": SCENARIO, "belief": None, "seed": 0, "landing_std": 0.0, "n_before": 0},
+    ),
+    "SimulatedRobot.draw": (
+        lambda: wc.SimulatedRobot.draw,
+        {"robots": wc.RobotDistribution(), "seed": 0, "landing_std": 0.0},
+    ),
+    "SimulatedRobot.cast": (lambda: wc.SimulatedRobot(SCENARIO).cast, {"cast": CAST, "cup": CUP}),
+    "AdaptiveModel.from_prior": (
+        lambda: wc.AdaptiveModel.from_prior,
+        {"robots": wc.RobotDistribution(), "believed": None},
+    ),
+    "AdaptiveModel.observe": (
+        lambda: adaptive_model().observe,
+        {"casts": [CAST], "landings": [[0.5, 0.0]], "std": 0.002},
+    ),
+    "AdaptiveModel.learn": (lambda: adaptive_model().learn, {"observations": []}),
+    "AdaptiveModel.toward": (lambda: adaptive_model().toward, {"bearing": 0.1}),
     "simulate_batch": (
         lambda: wc.simulate_batch,
         {"scenario": SCENARIO, "casts": [], "noise_seeds": None, "precision": "float64", "belief": None},
@@ -119,7 +145,7 @@ CALLS = {
 """Public functions, each with arguments that it takes, or that it refuses later than the ones that are wrong."""
 
 NOTHING_TO_GIVE = {"__version__", "reference_model", "reference_dataset"}
-RESULTS = {"Plan", "Solution", "Outcome", "Status", "CastRecording"}
+RESULTS = {"Plan", "Solution", "Outcome", "Status", "CastRecording", "Observation"}
 """They are made by the package."""
 OF_OTHERS = {"InputError", "KernelRidge", "ArmController"}
 """An exception, an estimator that scikit-learn's own checks look at, and a base class."""
@@ -129,6 +155,10 @@ def simulator(made=[]):  # noqa: B006 - one for all
     if not made:
         made.append(wc.CastSimulator(SCENARIO))
     return made[0]
+
+
+def adaptive_model():
+    return wc.AdaptiveModel.from_prior(wc.RobotDistribution())
 
 
 PAIRS = [(name, argument) for name, (_, arguments) in CALLS.items() for argument in arguments]
@@ -150,7 +180,7 @@ def test_an_argument_of_the_wrong_type_is_one_line_that_names_it(tmp_path, monke
 def test_every_public_name_is_looked_at():
     looked_at = {name.partition(".")[0] for name in CALLS}
     assert looked_at | NOTHING_TO_GIVE | RESULTS | OF_OTHERS == set(wc.__all__)
-    flags = {"quick", "force", "returns", "has_scene", "has_ball", "ends_early"}
+    flags = {"quick", "force", "returns", "has_scene", "has_ball", "ends_early", "sees_move", "is_measured"}
     for name, (function, arguments) in CALLS.items():
         if name not in ("Scenario", "Noise"):
             assert set(inspect.signature(function()).parameters) - flags == set(arguments), name

@@ -12,6 +12,10 @@ TYPE_CHECKING = False  # type checkers take it for true; the module `typing` wou
 if TYPE_CHECKING:
     from typing import Any
 
+    from wam_cast.adaptation.adaptive_model import AdaptiveModel as AdaptiveModel
+    from wam_cast.adaptation.robot import Observation as Observation
+    from wam_cast.adaptation.robot import SimulatedRobot as SimulatedRobot
+    from wam_cast.adaptation.robot_distribution import RobotDistribution as RobotDistribution
     from wam_cast.batch.derivatives import batch_derivatives as batch_derivatives
     from wam_cast.batch.engine import simulate_batch as simulate_batch
     from wam_cast.cast import Cast as Cast
@@ -42,6 +46,9 @@ if TYPE_CHECKING:
     from wam_cast.version import __version__ as __version__
 
 _NAMES = {
+    "adaptation.adaptive_model": ["AdaptiveModel"],
+    "adaptation.robot": ["Observation", "SimulatedRobot"],
+    "adaptation.robot_distribution": ["RobotDistribution"],
     "batch.derivatives": ["batch_derivatives"],
     "batch.engine": ["simulate_batch"],
     "cast": ["Cast"],

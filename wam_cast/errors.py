@@ -95,6 +95,13 @@ def checked_integer(name: str, value: int, least: int) -> int:
     return number
 
 
+def checked_std(name: str, value: float, largest: float) -> float:
+    """Return `value` as a float; raises `InputError` if it is no standard deviation from 0 to `largest` metres."""
+    if not is_finite(value) or not 0 <= value <= largest:
+        raise InputError(f"{name} = {quoted(value)} must be a standard deviation from 0 to {largest:g} m")
+    return float(value)
+
+
 def with_input_errors(initialize: Callable[..., None]) -> Callable[..., None]:
     """Return the constructor of a pydantic model that raises `InputError` where pydantic refuses a value."""
     from pydantic import ValidationError

@@ -31,7 +31,10 @@ LAYERS = {
     ),
     "visualization": ("Visualization: scenes, replays and films", ["visualization", "visualization/interactive"]),
     "figures": ("Visualization: figures", ["visualization/figures"]),
-    "experiments": ("Experiments: trials and the paper's experiment", ["experiments", "experiments/paper"]),
+    "experiments": (
+        "Experiments: trials, the paper's experiment, and unknown robots",
+        ["experiments", "experiments/paper", "experiments/transfer"],
+    ),
 }
 """Pages of the reference, in the order of the imports: title, and the folders whose modules they hold."""
 

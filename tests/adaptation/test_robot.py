@@ -61,7 +61,7 @@ def test_a_cup_at_the_landing_catches():
     assert robot.cast(CAST, (float(x) + 0.3, float(y))).is_caught is False
 
 
-@pytest.mark.parametrize("std", [-0.001, 1.0, float("nan")])
+@pytest.mark.parametrize("std", [-0.001, 1.5, float("nan")])
 def test_an_impossible_error_is_refused(std):
     with pytest.raises(InputError, match="landing_std"):
         SimulatedRobot(Scenario(), landing_std=std)

@@ -12,10 +12,10 @@ from scipy.linalg import cho_factor, cho_solve
 
 from wam_cast.adaptation.priors.known_priors import prior_of
 from wam_cast.adaptation.priors.offset import OffsetPrior
-from wam_cast.adaptation.robot import LANDING_STD, MOVE_STD, Observation
+from wam_cast.adaptation.robot import LANDING_STD, LARGEST_STD, MOVE_STD, Observation
 from wam_cast.adaptation.robot_distribution import RobotDistribution
 from wam_cast.cast import PARAMETERS, Cast
-from wam_cast.errors import InputError, quoted
+from wam_cast.errors import InputError, checked_std, is_finite, quoted
 from wam_cast.learning.reference import reference_model_for
 from wam_cast.planning.landing_distribution import scatter_of_move
 from wam_cast.planning.prediction import (
@@ -149,8 +149,10 @@ class AdaptiveModel:
 
     def toward(self, bearing: float) -> Self:
         """Return the same model for casts at a bearing [rad]: a tilted base puts them off otherwise in each direction."""
+        if not is_finite(bearing):
+            raise InputError(f"bearing = {quoted(bearing)} must be a finite number: an angle [rad]")
         turned = copy(self)
-        turned.bearing = bearing
+        turned.bearing = float(bearing)
         return turned
 
     @checks_types
@@ -191,13 +193,15 @@ class AdaptiveModel:
         InputError
             If there are not as many landings as casts, or they are no places.
         """
-        places = np.asarray(landings, dtype=float)
+        try:
+            places = np.asarray(landings, dtype=float)
+        except (TypeError, ValueError):
+            places = np.empty(0)
         if places.shape != (len(casts), 2) or np.isinf(places).any():
             raise InputError(
                 f"landings: {quoted(landings)} must be {len(casts)} pairs of world x and y [m], one a cast"
             )
-        if not 0 <= std < np.inf:
-            raise InputError(f"std = {std:g} m must be at least 0")
+        std = checked_std("std", std, LARGEST_STD)
         landed = [(cast, place) for cast, place in zip(casts, places, strict=True) if not np.isnan(place).any()]
         learned = copy(self)
         seen = [self._seen, *(self._observation(cast, place, std, is_measured) for cast, place in landed)]

@@ -10,7 +10,7 @@ import numpy as np
 
 from wam_cast.adaptation.robot_distribution import RobotDistribution
 from wam_cast.cast import Cast
-from wam_cast.errors import InputError
+from wam_cast.errors import checked_integer, checked_std
 from wam_cast.motion.noise_draws import executed_cast
 from wam_cast.scenario import Noise, Scenario
 from wam_cast.simulation.simulator import simulate_cast
@@ -19,6 +19,9 @@ from wam_cast.types import Array, Position, checks_types
 LANDING_STD = 0.002
 """Standard deviation of an observed landing in x and in y, by default [m]. Estimate: a camera above the cup, or a mark in sand.
 Four cameras track a flying ball to 7 mm."""
+
+LARGEST_STD = 1.0
+"""Of a measured landing [m]."""
 
 MOVE_STD = Noise(distance=0.001, speed=0.003, wait=0.0015)
 """Standard deviations of a move as the arm's encoders saw it. Estimate: a count of 4,096 a turn is 1.2 mm at the hand, and a stage
@@ -98,10 +101,9 @@ class SimulatedRobot:
         sees_move: bool = True,
         n_before: int = 0,
     ) -> None:
-        if not 0 <= landing_std < 1:
-            raise InputError(f"landing_std = {landing_std:g} m must be at least 0 and less than 1")
         self._truth, self.belief = truth, belief or truth
-        self._seed, self._landing_std, self._sees_move, self.n_casts = seed, landing_std, sees_move, n_before
+        self._seed, self.n_casts = checked_integer("seed", seed, 0), checked_integer("n_before", n_before, 0)
+        self._landing_std, self._sees_move = checked_std("landing_std", landing_std, LARGEST_STD), sees_move
 
     @classmethod
     @checks_types

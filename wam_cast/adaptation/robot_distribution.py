@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 import zlib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, Self
 
 import numpy as np
 
-from wam_cast.errors import InputError
+from wam_cast.errors import InputError, checked_integer, is_finite, quoted
 from wam_cast.scenario import Noise, Scenario
 from wam_cast.types import Array, checks_types
 
@@ -18,6 +19,9 @@ Kind = Literal["share", "factor", "offset", "fraction", "periods"]
 
 MOST_FRACTION = 2.0
 """That a scenario allows."""
+
+MOST_SCALE = 1000.0
+"""Of ranges."""
 
 MOST_ATTEMPTS = 50
 """To draw a robot that is stable."""
@@ -128,19 +132,19 @@ class RobotDistribution:
         shifts: dict[str, float] | None = None,
     ) -> None:
         self.believed = believed or Scenario(noise=Noise.typical())
-        self.ranges, self.scale, self.shifts = ranges, float(scale), dict(shifts or {})
-        if not 0 <= scale < math.inf:
-            raise InputError(f"scale = {scale:g} must be at least 0")
+        if not isinstance(ranges, tuple) or not all(isinstance(one, Range) for one in ranges):
+            raise InputError(f"ranges = {quoted(ranges)} must be a tuple of Range, such as RANGES")
+        self.ranges, self.scale, self.shifts = ranges, _checked_scale(scale), _checked_shifts(shifts or {})
         for name in (*(one.name for one in ranges), *self.shifts):
             number(self.believed, name)
 
     def scaled(self, scale: float) -> Self:
         """Return the robots whose ranges are so many times as wide."""
-        return type(self)(self.believed, self.ranges, self.scale * scale, self.shifts)
+        return type(self)(self.believed, self.ranges, self.scale * _checked_scale(scale), self.shifts)
 
     def shifted(self, shifts: dict[str, float]) -> Self:
         """Return the robots that have these numbers, by name, so many times as large besides."""
-        return type(self)(self.believed, self.ranges, self.scale, {**self.shifts, **shifts})
+        return type(self)(self.believed, self.ranges, self.scale, {**self.shifts, **_checked_shifts(shifts)})
 
     def without(self, *names: str) -> Self:
         """Return the robots that have these numbers as they are believed, but for what is shifted."""
@@ -158,6 +162,7 @@ class RobotDistribution:
         # Only who draws needs Drake.
         from wam_cast.simulation.loop_stability import MAX_GROWTH, loop_growth
 
+        seed = checked_integer("seed", seed, 0)
         for attempt in range(MOST_ATTEMPTS):
             robot = self._drawn(seed, attempt)
             if loop_growth(robot, self.believed) <= MAX_GROWTH:
@@ -180,6 +185,18 @@ class RobotDistribution:
         if not isinstance(other, RobotDistribution):
             return NotImplemented
         return vars(self) == vars(other)
+
+
+def _checked_scale(scale: float) -> float:
+    if not is_finite(scale) or not 0 <= scale <= MOST_SCALE:
+        raise InputError(f"scale = {quoted(scale)} must be a number from 0 to {MOST_SCALE:g}")
+    return float(scale)
+
+
+def _checked_shifts(shifts: Mapping[str, float]) -> dict[str, float]:
+    if not isinstance(shifts, Mapping) or not all(is_finite(factor) for factor in shifts.values()):
+        raise InputError(f"shifts = {quoted(shifts)} must map names of numbers to factors, such as ball.mass to 0.5")
+    return dict(shifts)
 
 
 def number(scenario: Scenario, name: str) -> Array:

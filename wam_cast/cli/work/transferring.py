@@ -13,7 +13,7 @@ from wam_cast.cli.terminal import err, out, phase_progress, print_table
 from wam_cast.errors import MachineError
 
 if TYPE_CHECKING:
-    from wam_cast.experiments.transfer.summary import TransferSummary
+    from wam_cast.experiments.transfer.transfer_summary import TransferSummary
 
 
 def transfer(
@@ -77,7 +77,7 @@ def transfer(
 
 def _print_summary(summary: TransferSummary, directory: Path) -> None:
     """Print what the best method came to."""
-    from wam_cast.experiments.transfer.settings import BEST, CUPS
+    from wam_cast.experiments.transfer.transfer_settings import BEST, CUPS
 
     best = summary.bias[summary.bias["method"] == BEST].merge(
         summary.hits[summary.hits["cup"] == next(iter(CUPS))], on=["group", "method", "k"], suffixes=("", "_tried")

@@ -15,7 +15,7 @@ from wam_cast.adaptation.robot import Observation, SimulatedRobot
 from wam_cast.cast import Cast
 from wam_cast.casting_plane import from_casting_plane, from_polar, to_casting_plane
 from wam_cast.experiments.frames import Record, Result, Rows
-from wam_cast.experiments.transfer.settings import BEST, CUPS, TransferSettings
+from wam_cast.experiments.transfer.transfer_settings import BEST, CUPS, TransferSettings
 from wam_cast.experiments.trials import Polar, draw_cups
 from wam_cast.parallel.seeds import Purpose, derived_seed
 from wam_cast.planning.plan import Plan, plan_cast

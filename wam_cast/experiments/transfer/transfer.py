@@ -18,9 +18,9 @@ from wam_cast.adaptation.practice import choose_practice
 from wam_cast.cast import Cast
 from wam_cast.errors import checked_integer
 from wam_cast.experiments.transfer.one_robot import RobotStudy, UnknownRobot
-from wam_cast.experiments.transfer.report import write_report
-from wam_cast.experiments.transfer.settings import BEST, Group, TransferSettings
-from wam_cast.experiments.transfer.summary import TransferSummary, summarize
+from wam_cast.experiments.transfer.transfer_report import write_report
+from wam_cast.experiments.transfer.transfer_settings import BEST, Group, TransferSettings
+from wam_cast.experiments.transfer.transfer_summary import TransferSummary, summarize
 from wam_cast.generation.engines import checked_engine
 from wam_cast.learning.reference import reference_model_for
 from wam_cast.parallel.seeds import Purpose, derived_seed

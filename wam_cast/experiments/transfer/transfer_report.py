@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 from wam_cast.experiments.frames import to_plain
 from wam_cast.experiments.html_page import render_html
 from wam_cast.experiments.transfer.one_robot import STREAK
-from wam_cast.experiments.transfer.settings import BEST, CUPS, OUT_OF_RANGE, TransferSettings
-from wam_cast.experiments.transfer.summary import TransferSummary, share_within
+from wam_cast.experiments.transfer.transfer_settings import BEST, CUPS, OUT_OF_RANGE, TransferSettings
+from wam_cast.experiments.transfer.transfer_summary import TransferSummary, share_within
 from wam_cast.storage.atomic import write_file
 from wam_cast.storage.run_directory import RunDirectory
 from wam_cast.visualization.figures.transfer_figures import draw_bias, draw_campaigns, draw_hit_rates
@@ -66,7 +66,7 @@ def render_markdown(summary: TransferSummary, settings: TransferSettings, folder
     environment.filters |= {"mm": _mm, "percent": _percent}
     groups = [group.name for group in settings.groups]
     campaigns = {group: summary.campaigns[summary.campaigns["group"] == group] for group in groups}
-    return environment.get_template("report.md.j2").render(
+    return environment.get_template("transfer_report.md.j2").render(
         s=settings,
         groups=groups,
         best=BEST,

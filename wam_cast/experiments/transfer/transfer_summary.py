@@ -11,7 +11,7 @@ from wam_cast.adaptation.methods import ADAPTATION_METHODS
 from wam_cast.experiments.frames import Result, Rows
 from wam_cast.experiments.statistics import describe, wilson_interval
 from wam_cast.experiments.transfer.one_robot import RobotStudy
-from wam_cast.experiments.transfer.settings import BEST, CUPS, TransferSettings
+from wam_cast.experiments.transfer.transfer_settings import BEST, CUPS, TransferSettings
 from wam_cast.simulation.outcome import Status
 
 WITHIN = (1.0, 2.0)

@@ -194,7 +194,7 @@ class AdaptiveModel:
             If there are not as many landings as casts, or they are no places.
         """
         try:
-            places = np.asarray(landings, dtype=float)
+            places = np.asarray(landings, dtype=float) if len(casts) else np.empty((0, 2))
         except (TypeError, ValueError):
             places = np.empty(0)
         if places.shape != (len(casts), 2) or np.isinf(places).any():

@@ -15,7 +15,7 @@ from wam_cast.adaptation.robot import Observation, SimulatedRobot
 from wam_cast.cast import Cast
 from wam_cast.casting_plane import from_casting_plane, from_polar, to_casting_plane
 from wam_cast.experiments.frames import Record, Result, Rows
-from wam_cast.experiments.transfer.transfer_settings import BEST, CUPS, TransferSettings
+from wam_cast.experiments.transfer.transfer_settings import BEST, CUPS, MAIN_KS, TransferSettings
 from wam_cast.experiments.trials import Polar, draw_cups
 from wam_cast.parallel.seeds import Purpose, derived_seed
 from wam_cast.planning.plan import Plan, plan_cast
@@ -27,9 +27,6 @@ from wam_cast.types import Array
 
 STREAK = 10
 """Catches in a row that end a campaign."""
-
-OTHER_CUPS_AFTER = (5, 10)
-"""Practice casts after which plans are tried in the other cups too."""
 
 
 class RobotStudy(Result):
@@ -81,7 +78,7 @@ class UnknownRobot:
             for method, before in self.models.items()
             for k in (self.settings.ks if method != "nominal" else (0,))
             for model in [before.learn(seen[:k])]
-            for cup in range(self.settings.n_cups if method in (BEST, "nominal") else self.settings.n_compared_cups)
+            for cup in range(self._n_cups(method, k))
             for plan in [plan_cast(model, from_polar(*self._cups[cup]))]
         ]
         landings = self._landings([plan.cast for _, _, _, plan, _ in planned])
@@ -91,6 +88,10 @@ class UnknownRobot:
         ]
         first, end, n_casts = self._campaign()
         return RobotStudy(plans=pd.DataFrame(rows), first_catch=first, streak_end=end, n_casts=n_casts)
+
+    def _n_cups(self, method: AdaptationMethod, k: int) -> int:
+        is_tried_on_all = method == "nominal" or (method == BEST and k in MAIN_KS)
+        return self.settings.n_cups if is_tried_on_all else self.settings.n_compared_cups
 
     @property
     def _cups(self) -> list[Polar]:
@@ -142,7 +143,7 @@ class UnknownRobot:
         found: Record = {"miss": math.nan} | {f"status: {name}": None for name in CUPS}
         first = next(iter(CUPS))
         for name, values in CUPS.items():
-            if name == first or (method == BEST and k in OTHER_CUPS_AFTER):
+            if name == first or (method == BEST and k in MAIN_KS and k > 0):
                 truth = _with_cup(self.truth, values)
                 outcome = simulate_cast(truth, plan.cast, plan.cup, belief=self.settings.scenario, noise_seed=seed)
                 found[f"status: {name}"] = str(outcome.status)

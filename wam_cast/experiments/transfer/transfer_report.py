@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from wam_cast.experiments.frames import to_plain
 from wam_cast.experiments.html_page import render_html
 from wam_cast.experiments.transfer.one_robot import STREAK
-from wam_cast.experiments.transfer.transfer_settings import BEST, CUPS, OUT_OF_RANGE, TransferSettings
+from wam_cast.experiments.transfer.transfer_settings import BEST, CUPS, MAIN_KS, OUT_OF_RANGE, TransferSettings
 from wam_cast.experiments.transfer.transfer_summary import TransferSummary, share_within
 from wam_cast.storage.atomic import write_file
 from wam_cast.storage.run_directory import RunDirectory
@@ -70,6 +70,7 @@ def render_markdown(summary: TransferSummary, settings: TransferSettings, folder
         s=settings,
         groups=groups,
         best=BEST,
+        main_ks=[k for k in settings.ks if k in MAIN_KS],
         cups=list(CUPS),
         out_of_range=list(OUT_OF_RANGE),
         bias=summary.bias.to_dict("records"),

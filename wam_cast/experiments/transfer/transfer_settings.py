@@ -23,6 +23,10 @@ CUPS: dict[str, dict[str, float]] = {
 }
 """Cups by name: what of them differs from the believed one. Casts are planned for the first."""
 
+MAIN_KS = (0, 5, 10)
+"""Practice casts after which the best method is tried on all cups, and from 5 on with all of `CUPS`; otherwise on those that all
+methods are compared on, in the first."""
+
 OUT_OF_RANGE: dict[str, dict[str, float]] = {
     "string 10 % shorter": {"string.length": 0.9},
     "string 8 % longer": {"string.length": 1.08},
@@ -32,7 +36,7 @@ OUT_OF_RANGE: dict[str, dict[str, float]] = {
 }
 """Robots that no range holds: factors of what is believed, by name. A string that is 10 % longer hangs below the rim."""
 
-FULL = {"n_robots": 30, "n_cups": 20, "n_compared_cups": 3, "ks": (0, 1, 2, 5, 10, 20), "longest_campaign": 30}
+FULL = {"n_robots": 30, "n_cups": 20, "n_compared_cups": 2, "ks": (0, 1, 2, 5, 10, 20), "longest_campaign": 30}
 QUICK = {"n_robots": 2, "n_cups": 4, "n_compared_cups": 2, "ks": (0, 2, 5), "longest_campaign": 15}
 
 

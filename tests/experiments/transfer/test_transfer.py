@@ -1,0 +1,46 @@
+"""The experiment on unknown robots, in the small: what it keeps, and that it comes out the same."""
+
+import json
+
+import pandas as pd
+import pytest
+
+from wam_cast.experiments.transfer import transfer as experiment
+from wam_cast.experiments.transfer import transfer_settings
+from wam_cast.experiments.transfer.one_robot import UnknownRobot
+from wam_cast.experiments.transfer.transfer_settings import OUT_OF_RANGE, TransferSettings
+from wam_cast.scenario import Scenario
+
+TINY = {"n_robots": 1, "n_cups": 2, "n_compared_cups": 1, "ks": (0, 1), "longest_campaign": 2}
+
+
+def test_groups_hold_what_they_say():
+    once, twice, beyond = TransferSettings.of(Scenario(), 0, quick=True).groups
+    believed = once.draw(0, 5)
+    doubled = twice.draw(0, 5)
+    assert doubled.string.length - 0.6 == pytest.approx(2 * (believed.string.length - 0.6))
+    lengths = [beyond.draw(number, 5).string.length / 0.6 for number in range(2)]
+    assert lengths == pytest.approx([0.9, 1.08])
+    assert beyond.draw(3, 5).ball.mass == pytest.approx(2 * Scenario().ball.mass)
+    assert beyond.expected == once.expected
+    assert len(beyond.kinds) == len(OUT_OF_RANGE)
+
+
+@pytest.mark.slow
+def test_a_run_is_kept_robot_by_robot_and_goes_on_to_the_same_report(tmp_path, monkeypatch):
+    monkeypatch.setattr(transfer_settings, "QUICK", TINY)
+    first = experiment.transfer(Scenario(), tmp_path / "run", 3, quick=True, n_workers=1)
+    report = (tmp_path / "run" / "report.md").read_bytes()
+    results = json.loads((tmp_path / "run" / "results.json").read_text())
+    assert len(results["plans"]) == len(first.plans) == 3 * (2 + (2 + 1) + 4 * 2)
+    assert {row["method"] for row in results["bias"]} == set(TransferSettings.of(Scenario(), 0, quick=True).methods)
+    assert (tmp_path / "run" / "report.html").stat().st_size > 50_000
+    (tmp_path / "run" / "phases" / "x2-000.json").unlink()
+    studied = []
+    study = UnknownRobot.study
+    monkeypatch.setattr(UnknownRobot, "study", lambda robot: studied.append(robot.number) or study(robot))
+    monkeypatch.setattr(experiment, "run_rows", lambda function, rows, _executor: (function(row) for row in rows))
+    again = experiment.transfer(Scenario(), tmp_path / "run", 3, quick=True)
+    assert studied == [0]  # that one alone, in this process
+    pd.testing.assert_frame_equal(again.plans, first.plans, check_dtype=False)
+    assert (tmp_path / "run" / "report.md").read_bytes() == report

@@ -101,17 +101,7 @@ class AdaptiveModel:
         InputError
             If there is no such model, it is another scenario's, or the prior has to be learned and cannot.
         """
-        model = believed or reference_model_for(robots.believed)
-        if model is None:
-            raise InputError(
-                "believed: the shipped forward model does not serve these robots' scenario; give one that was fitted to it, "
-                "such as ForwardModel.load(FILE)"
-            )
-        if model.scenario.without_noise.fingerprint != robots.believed.without_noise.fingerprint:
-            raise InputError(
-                "believed: the model is of another scenario than robots.believed; give one that was fitted to it"
-            )
-        return cls(model, prior_of(robots))
+        return cls(believed_model(robots, believed), prior_of(robots))
 
     @property
     def scenario(self) -> Scenario:
@@ -190,11 +180,15 @@ class AdaptiveModel:
 
         It is that of the scenario's noise, and of what offset and believed model leave.
         """
+        along = self._believed.linearize(cast).std ** 2
+        rest = self._prior.predict(cast[np.newaxis], self.bearing).variance[0, LANDING]
+        return np.asarray(rest + self.scatter(cast) + [along, 0.0])
+
+    def scatter(self, cast: Array) -> Array:
+        """Return the variance of one cast's landing along and across for the scenario's noise, (2,) [m^2]."""
         noise = self.scenario.noise
         moved, _ = scatter_of_move(self._believed, cast, noise)
-        along = moved + self._believed.linearize(cast).std ** 2
-        rest = self._prior.predict(cast[np.newaxis], self.bearing).variance[0, LANDING]
-        return np.asarray(rest + (noise.swing * self.scenario.string.length) ** 2 + [along, 0.0])
+        return np.asarray((noise.swing * self.scenario.string.length) ** 2 + np.array([moved, 0.0]))
 
     def landing_components(self, casts: Array) -> Array:
         """Return what each weight moves the landing along by [m], shape (n, n_weights), at casts of shape (n, 3)."""
@@ -253,6 +247,24 @@ class AdaptiveModel:
         """Return the variance of outputs for the weights' uncertainty, shape (n, outputs)."""
         components = values[:, 1:]
         return np.asarray(np.einsum("nco,cd,ndo->no", components, self.posterior.covariance, components, optimize=True))
+
+
+def believed_model(robots: RobotDistribution, given: Predictor | None) -> Predictor:
+    """Return the forward model of what robots are taken for: the given one, else the shipped one.
+
+    Raises `.InputError` if there is none, or it is another scenario's.
+    """
+    model = given or reference_model_for(robots.believed)
+    if model is None:
+        raise InputError(
+            "believed: the shipped forward model does not serve these robots' scenario; give one that was fitted to it, "
+            "such as ForwardModel.load(FILE)"
+        )
+    if model.scenario.without_noise.fingerprint != robots.believed.without_noise.fingerprint:
+        raise InputError(
+            "believed: the model is of another scenario than robots.believed; give one that was fitted to it"
+        )
+    return model
 
 
 def _posterior(seen: _Seen, width: float) -> Posterior:

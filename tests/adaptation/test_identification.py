@@ -1,0 +1,125 @@
+"""What a robot is made of follows from its casts: held to robots whose numbers are known, and to the engine's own derivatives."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("jax", reason="the extra `batch` is not installed")
+
+from wam_cast.adaptation.identification import IdentifiedModel
+from wam_cast.adaptation.physical_prior import PhysicalPrior
+from wam_cast.adaptation.priors.filling import filling_casts
+from wam_cast.adaptation.robot_distribution import RobotDistribution
+from wam_cast.batch.derivatives import batch_derivatives
+from wam_cast.batch.engine import simulate_batch
+from wam_cast.cast import Cast, cast_bounds, is_allowed
+from wam_cast.casting_plane import from_casting_plane
+from wam_cast.errors import InputError
+from wam_cast.learning.reference import reference_model
+from wam_cast.planning.prediction import ALONG, Predictor
+from wam_cast.scenario import Scenario
+
+pytestmark = pytest.mark.slow
+
+BELIEVED = Scenario()
+ROBOTS = RobotDistribution(BELIEVED)
+
+
+@pytest.fixture(scope="module")
+def physics():
+    return PhysicalPrior(ROBOTS)
+
+
+@pytest.fixture(scope="module")
+def model(physics):
+    return IdentifiedModel(reference_model(), physics)
+
+
+def random_casts(n, seed):
+    lower, upper = cast_bounds(BELIEVED)
+    casts = np.random.default_rng(seed).uniform(lower, upper, size=(4 * n, 3))
+    return casts[is_allowed(BELIEVED, casts)][:n]
+
+
+def landings(scenario, casts):
+    """Return the world (x, y) of casts (n, 3) at bearing 0, (n, 2)."""
+    frame = simulate_batch(scenario, casts, precision="float32", belief=BELIEVED)
+    return frame[["landing_along", "landing_across"]].to_numpy(dtype=float)
+
+
+def made(casts, bearing=0.0):
+    return [Cast(*row, bearing=bearing) for row in casts]
+
+
+def test_it_is_a_predictor_and_begins_with_the_mean_of_the_robots(model, physics):
+    assert isinstance(model, Predictor)
+    casts = filling_casts(BELIEVED, 20)
+    middle = landings(physics.parameters.scenario(np.zeros(physics.parameters.n)), casts) - landings(BELIEVED, casts)
+    predicted = model.predict(casts) - reference_model().predict(casts)
+    np.testing.assert_allclose(predicted[:, :2], middle, rtol=0, atol=1e-4)
+
+
+def test_derivatives_are_those_of_the_batched_engine(physics):
+    n, casts = physics.parameters.n, made(filling_casts(BELIEVED, 4))
+    _, slopes = physics.landings(np.zeros(n), casts)
+    center = physics.parameters.scenario(np.zeros(n))
+    for i, one in enumerate(physics.parameters.parameters):
+        value = np.reshape(getattr(getattr(center, one.name.split(".")[0]), one.name.split(".")[1]), -1)
+        name = one.name if len(value) == 1 or len(one.indices) > 1 else f"{one.name}[{one.indices[0] + 1}]"
+        by_number = batch_derivatives(center, [cast.to_array() for cast in casts], [name], belief=BELIEVED)[name]
+        size = one.std * (value[one.indices[0]] if one.kind in ("share", "factor") else 1.0)
+        exact = size * by_number[["landing_along", "landing_across"]].to_numpy()
+        # A quarter of a deviation is a long step; single precision adds some micrometres.
+        np.testing.assert_allclose(slopes[..., i], exact, rtol=0, atol=0.06 * np.abs(exact).max() + 2e-5)
+
+
+def test_a_turned_tilt_is_a_turned_cast(physics):
+    z = np.zeros(physics.parameters.n)
+    z[-2:] = 1.5, -1.0
+    rows, bearing = filling_casts(BELIEVED, 3), 0.6
+    turned = simulate_batch(physics.parameters.scenario(z), made(rows, bearing), belief=BELIEVED)
+    found, _ = physics.landings(z, made(rows, bearing))
+    upright, _ = physics.landings(0 * z, made(rows, bearing))
+    expected = turned[["landing_along", "landing_across"]].to_numpy(dtype=float)
+    assert np.abs(found - upright).max() > 2e-3
+    np.testing.assert_allclose(found, expected, rtol=0, atol=2e-4)
+
+
+@pytest.mark.parametrize("bearing", [0.0, 0.5])
+def test_five_casts_identify_a_longer_string_and_a_heavier_ball(model, physics, bearing):
+    robot = Scenario.from_dict({"string": {"length": 0.612}, "ball": {"mass": 0.033}, "arm": {"coulomb_friction": 0.5}})
+    seen, fresh = filling_casts(BELIEVED, 5), random_casts(60, seed=2)
+    places = [from_casting_plane(*place, bearing) for place in landings(robot, seen)]
+    learned = model.observe(made(seen, bearing), places, std=1e-4).toward(bearing)
+    # The believed model's own error, which nobody can learn from five casts, is no part of it.
+    truth = landings(robot, fresh) - landings(BELIEVED, fresh)
+    off = {
+        name: np.abs((one.predict(fresh) - reference_model().predict(fresh))[:, :2] - truth)[:, ALONG]
+        for name, one in (("before", model.toward(bearing)), ("after", learned))
+    }
+    assert np.sqrt(np.mean(off["before"] ** 2)) > 6e-3
+    assert np.quantile(off["after"], 0.95) < 1e-3
+    assert learned.n_observed == 5
+    assert model.n_observed == 0
+    length = [one.name for one in physics.parameters.parameters].index("string.length")
+    assert physics.parameters.scenario(learned.parameters).string.length == pytest.approx(0.612, abs=0.002)
+    assert learned.parameters[length] > 0.9
+
+
+def test_what_it_says_of_robots_like_these_is_so(model):
+    casts, z = random_casts(24, seed=3), []
+    for seed in range(6):
+        robot, rng = ROBOTS.draw(seed).without_noise, np.random.default_rng(seed)
+        truth = landings(robot, casts)
+        lands = np.isfinite(truth).all(axis=1)
+        learned = model.observe(made(casts[:6]), truth[:6] + 0.002 * rng.standard_normal((6, 2)))
+        fresh, there = casts[6:][lands[6:]], truth[6:][lands[6:]]
+        z += ((learned.predict(fresh)[:, ALONG] - there[:, ALONG]) / learned.predict_std(fresh)[:, ALONG]).tolist()
+    assert np.mean(np.abs(z) < 1) == pytest.approx(0.68, abs=0.2)
+    assert np.mean(np.abs(z) < 2) >= 0.9
+
+
+def test_what_teaches_nothing_leaves_it_and_what_is_wrong_is_refused(model):
+    casts = made(filling_casts(BELIEVED, 1))
+    assert model.observe(casts, [[np.nan, np.nan]]).n_observed == 0
+    with pytest.raises(InputError, match="2 pairs of world x and y"):
+        model.observe(2 * casts, [[0.5, 0.0]])

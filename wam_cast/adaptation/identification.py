@@ -17,6 +17,7 @@ from wam_cast.adaptation.robot_distribution import RobotDistribution
 from wam_cast.cast import Cast
 from wam_cast.casting_plane import to_casting_plane
 from wam_cast.planning.prediction import Predictor
+from wam_cast.scenario import Scenario
 from wam_cast.types import Array, checks_types
 
 NEVER = 30.0
@@ -66,6 +67,11 @@ class IdentifiedModel(AdaptiveModel):
         return cls(believed_model(robots, believed), PhysicalPrior(robots))
 
     @property
+    def scenario(self) -> Scenario:
+        """The one that robots are taken for."""
+        return self._linear.scenario
+
+    @property
     def n_observed(self) -> int:
         """Landings that it has learned from."""
         return len(self._landings)
@@ -90,8 +96,8 @@ class IdentifiedModel(AdaptiveModel):
         z, covariance = most_probable(self._residuals, self._linear.posterior.mean)
         std = np.sqrt(np.diag(covariance))
         moved = copy(self)
-        moved.parameters, moved._prior = z, self.physics.about(z, std)
-        # Its weights count from z, but for the tilt.
+        moved.parameters, moved._believed, moved._prior = z, self.physics.model(z), self.physics.about(std)
+        # The model is of the robot with parameters z, but upright.
         mean = np.concatenate([np.zeros(len(z) - 2), (z / std)[-2:]])
         moved.posterior = Posterior(mean, covariance / np.outer(std, std))
         return moved

@@ -14,12 +14,18 @@ from wam_cast.adaptation.robot_distribution import RobotDistribution
 from wam_cast.batch.engine import simulate_batch
 from wam_cast.cast import Cast
 from wam_cast.errors import InputError
+from wam_cast.learning.dataset import CastDataset
+from wam_cast.learning.forward_model import ForwardModel
+from wam_cast.learning.reference import reference_model
 from wam_cast.planning.prediction import ACROSS, ALONG, OUTPUTS
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array
 
 N_CASTS = 256
 """At which it is known how robots differ; in between it is interpolated."""
+
+N_SIMULATED = 1700
+"""Casts of one robot, from which a forward model learns: as many as the shipped one has."""
 
 N_LEFT_OUT = 8
 """Robots that tell how much is left out."""
@@ -76,19 +82,26 @@ class PhysicalPrior:
         outputs = self._simulated([by_bearing[cast.bearing] for cast in casts], rows)[..., [ALONG, ACROSS]]
         return outputs[:, 0], _slopes(outputs).transpose(0, 2, 1)
 
-    def about(self, z: Array, std: Array) -> InterpolatedPrior:
-        """Return the prior of robots about parameters z, simulated, but for the tilt, which stays a component.
+    def model(self, z: Array) -> ForwardModel:
+        """Return a forward model of the robot with parameters z, but upright, fitted to `N_SIMULATED` casts of it.
 
-        Its weights are by how many of the deviations `std` the parameters differ from z, and the tilt from none.
+        Its kernel is the shipped model's.
         """
-        upright = self.parameters.scenario(np.concatenate([z[:-2], np.zeros(2)]))
-        return self._interpolated(self._simulated([[upright]] * len(self._casts), self._casts)[:, 0], std)
+        robot = self.parameters.scenario(np.concatenate([z[:-2], np.zeros(2)]))
+        casts = filling_casts(self._belief, N_SIMULATED)
+        frame = simulate_batch(robot, casts, precision="float32", belief=self._belief)
+        kernel = reference_model().info
+        data = CastDataset(robot, 0, frame, engine="batch")
+        return ForwardModel.from_hyperparameters(data, kernel.sigma, kernel.regularization)
+
+    def about(self, std: Array) -> InterpolatedPrior:
+        """Return the prior of robots whose parameters have deviations `std` about those of a `model`: its mean is none."""
+        return self._interpolated(self._expected, std)
 
     def _interpolated(self, outputs: Array, std: Array) -> InterpolatedPrior:
-        lands = np.isfinite(outputs).all(axis=1)
         mean = (outputs - self._expected)[:, np.newaxis]
         values = np.concatenate([mean, std[:, np.newaxis] * self._slopes], axis=1)
-        return InterpolatedPrior(self._belief, self._casts[lands], values[lands], self._left_out[lands])
+        return InterpolatedPrior(self._belief, self._casts, values, self._left_out)
 
     def _simulated(self, scenarios: Sequence[Sequence[Scenario]], casts: Array) -> Array:
         """Return the outputs of each cast with each of its scenarios, as many for all, shape (m, s, 7)."""

@@ -11,8 +11,8 @@ from wam_cast.types import Array
 MAX_STEPS = 6
 """Two or three are usual."""
 
-MAX_HALVINGS = 4
-"""Of a step that makes parameters less probable."""
+MAX_HALVINGS = 3
+"""Of a step that makes parameters less probable; if none of these is better, they stay: derivatives are seldom exact."""
 
 CONVERGED = 0.3
 """Length of a step, in standard deviations of the posterior, that is the last one, and taken as it is."""

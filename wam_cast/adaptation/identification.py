@@ -43,7 +43,7 @@ class IdentifiedModel(AdaptiveModel):
 
     What is approximate: uniform ranges count as normal ones of the same deviation. Of numbers by joint those are parameters that
     move landings, and all joints have the same share of Coulomb's friction; these, delays and whatever else is left out count as
-    noise, independent from cast to cast and everywhere as large. Derivatives are differences over a tenth of a deviation. The
+    noise, independent from cast to cast and everywhere as large. The
     tilt's effect on a prediction is linear, and by how much the parameters' uncertainty moves landings is taken at the middle of
     the robots. The prior is not made wider by what is observed. Before the first cast it is the linear model.
 

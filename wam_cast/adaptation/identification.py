@@ -43,9 +43,9 @@ class IdentifiedModel(AdaptiveModel):
 
     What is approximate: uniform ranges count as normal ones of the same deviation. Of numbers by joint those are parameters that
     move landings, and all joints have the same share of Coulomb's friction; these, delays and whatever else is left out count as
-    noise, independent from cast to cast and everywhere as large. The
-    tilt's effect on a prediction is linear, and by how much the parameters' uncertainty moves landings is taken at the middle of
-    the robots. The prior is not made wider by what is observed. Before the first cast it is the linear model.
+    noise, independent from cast to cast and everywhere as large. The tilt's effect on a prediction is linear, and by how much the
+    parameters' uncertainty moves landings is taken at the middle of the robots. The prior is not made wider by what is observed.
+    Before the first cast it is the linear model.
 
     Once for a distribution it takes 8,000 casts by the batched engine, 45 s of a processor. To observe takes 12 s when there are 5
     casts in all, 27 s when there are 20: three to seven times each cast with each parameter moved, and the casts of the robot.

@@ -105,22 +105,7 @@ class AdaptiveModel:
         InputError
             If there is no such model, it is another scenario's, or the prior has to be learned and cannot.
         """
-        return cls.with_offset(robots, prior_of(robots), believed)
-
-    @classmethod
-    def with_offset(cls, robots: RobotDistribution, prior: OffsetPrior, believed: Predictor | None = None) -> Self:
-        """Return what is known of any robot of a distribution if that is how they differ; otherwise as `from_prior`."""
-        model = believed or reference_model_for(robots.believed)
-        if model is None:
-            raise InputError(
-                "believed: the shipped forward model does not serve these robots' scenario; give one that was fitted to it, "
-                "such as ForwardModel.load(FILE)"
-            )
-        if model.scenario.without_noise.fingerprint != robots.believed.without_noise.fingerprint:
-            raise InputError(
-                "believed: the model is of another scenario than robots.believed; give one that was fitted to it"
-            )
-        return cls(model, prior)
+        return cls(believed_model(robots, believed), prior_of(robots))
 
     @property
     def scenario(self) -> Scenario:
@@ -163,11 +148,13 @@ class AdaptiveModel:
         """
         noise, learned = self.scenario.noise, self
         repeats = all(getattr(noise, name) <= getattr(MOVE_STD, name) for name in PARAMETERS)
+        alike: dict[tuple[float, bool], list[Observation]] = {}
         for seen in observations:
-            made = None if repeats else seen.executed
-            learned = learned.observe(
-                [made or seen.cast], [seen.landing], seen.landing_std, is_measured=made is not None
-            )
+            is_measured = seen.executed is not None and not repeats
+            alike.setdefault((seen.landing_std, is_measured), []).append(seen)
+        for (std, is_measured), some in alike.items():
+            made = [seen.executed if is_measured and seen.executed else seen.cast for seen in some]
+            learned = learned.observe(made, [seen.landing for seen in some], std, is_measured=is_measured)
         return learned
 
     @checks_types
@@ -224,11 +211,15 @@ class AdaptiveModel:
         It is that of the scenario's noise, of the move only as far as it is not measured, and of what offset and believed model
         leave.
         """
+        along = self._believed.linearize(cast).std ** 2
+        rest = self._prior.predict(cast[np.newaxis], self.bearing).variance[0, LANDING]
+        return np.asarray(rest + self.scatter(cast, is_measured) + [along, 0.0])
+
+    def scatter(self, cast: Array, is_measured: bool) -> Array:
+        """Return the variance of one cast's landing along and across for the scenario's noise, (2,) [m^2]."""
         noise = self.scenario.noise
         moved, _ = scatter_of_move(self._believed, cast, MOVE_STD if is_measured else noise)
-        along = moved + self._believed.linearize(cast).std ** 2
-        rest = self._prior.predict(cast[np.newaxis], self.bearing).variance[0, LANDING]
-        return np.asarray(rest + (noise.swing * self.scenario.string.length) ** 2 + [along, 0.0])
+        return np.asarray((noise.swing * self.scenario.string.length) ** 2 + np.array([moved, 0.0]))
 
     def landing_components(self, casts: Array) -> Array:
         """Return what each weight moves the landing along by [m], shape (n, n_weights), at casts of shape (n, 3)."""
@@ -297,6 +288,24 @@ def _common_reach(believed: Predictor, prior: OffsetPrior) -> tuple[float, float
         std = np.sqrt(components @ components + offset.variance[0, ALONG])
         ends.append(end + inward * REACH_DEVIATIONS * float(std))
     return ends[0], ends[1]
+
+
+def believed_model(robots: RobotDistribution, given: Predictor | None) -> Predictor:
+    """Return the forward model of what robots are taken for: the given one, else the shipped one.
+
+    Raises `.InputError` if there is none, or it is another scenario's.
+    """
+    model = given or reference_model_for(robots.believed)
+    if model is None:
+        raise InputError(
+            "believed: the shipped forward model does not serve these robots' scenario; give one that was fitted to it, "
+            "such as ForwardModel.load(FILE)"
+        )
+    if model.scenario.without_noise.fingerprint != robots.believed.without_noise.fingerprint:
+        raise InputError(
+            "believed: the model is of another scenario than robots.believed; give one that was fitted to it"
+        )
+    return model
 
 
 def _posterior(seen: _Seen, width: float) -> Posterior:

@@ -17,6 +17,9 @@ from wam_cast.types import Array, checks_types
 Kind = Literal["share", "factor", "offset", "fraction", "periods"]
 
 
+TILT = "arm.base_tilt"
+"""What turns with the world and not with the casting plane: its effect is taken apart, for a bearing at a time."""
+
 MOST_FRACTION = 2.0
 """That a scenario allows."""
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import wam_cast as wc
-from wam_cast.adaptation.priors.robot_ensemble import FIRST_SEED, TILT, simulate_ensemble
-from wam_cast.adaptation.robot_distribution import RobotDistribution
+from wam_cast.adaptation.priors.robot_ensemble import FIRST_SEED, simulate_ensemble
+from wam_cast.adaptation.robot_distribution import TILT, RobotDistribution
 from wam_cast.cast import Cast
 from wam_cast.errors import InputError
 from wam_cast.scenario import Scenario

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wam_cast.adaptation.priors.filling import filling_casts
-from wam_cast.adaptation.robot_distribution import RobotDistribution
+from wam_cast.adaptation.robot_distribution import TILT, RobotDistribution
 from wam_cast.batch.arguments import Precision
 from wam_cast.batch.derivatives import batch_derivatives
 from wam_cast.batch.engine import simulate_batch
@@ -15,9 +15,6 @@ from wam_cast.errors import InputError
 from wam_cast.planning.prediction import OUTPUTS
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array
-
-TILT = "arm.base_tilt"
-"""What turns with the world and not with the casting plane: its effect is taken apart, for a bearing at a time."""
 
 FIRST_SEED = 1_000_000
 """Of the robots of an ensemble, which are others than those that are drawn to be learned about."""

@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
 # Its values stand in `adaptation.methods` too, which loads Drake: `--help` does without.
 Method = Annotated[
-    Literal["prior", "residual", "affine", "shift", "closed form", "nominal"],
+    Literal["prior", "identification", "residual", "affine", "shift", "closed form", "nominal"],
     typer.Option(
-        help="How it learns: `prior` knows how robots differ; the next three learn how far the landings are off, by a smooth "
+        help="How it learns: `prior` knows how robots differ; `identification` finds physical parameters, in half a minute a cast; the next three learn how far the landings are off, by a smooth "
         "function, by one with slopes, by a number; `closed form` is `residual` on a point mass; `nominal` learns nothing."
     ),
 ]

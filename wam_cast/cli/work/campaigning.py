@@ -23,8 +23,9 @@ if TYPE_CHECKING:
 Method = Annotated[
     Literal["prior", "identification", "residual", "affine", "shift", "closed form", "nominal"],
     typer.Option(
-        help="How it learns: `prior` knows how robots differ; `identification` finds physical parameters, in half a minute a cast; the next three learn how far the landings are off, by a smooth "
-        "function, by one with slopes, by a number; `closed form` is `residual` on a point mass; `nominal` learns nothing."
+        help="How it learns: `prior` knows how robots differ; `identification` finds physical parameters, in half a minute a cast; "
+        "the next three learn how far the landings are off, by a smooth function, by one with slopes, by a number; `closed form` "
+        "is `residual` on a point mass; `nominal` learns nothing."
     ),
 ]
 

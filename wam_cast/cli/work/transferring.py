@@ -22,6 +22,10 @@ def transfer(
     quick: Annotated[
         bool, typer.Option("--quick", metavar="", help="With two robots of each group and 4 cups.")
     ] = False,
+    robots: Annotated[
+        int | None, typer.Option(min=1, help="In each of three groups; default 30. A run goes on to more of them.")
+    ] = None,
+    cups: Annotated[int | None, typer.Option(min=2, help="For each robot; default 20.")] = None,
     scenario: options.Scenario = None,
     model: options.Model = None,
     train: options.Train = False,
@@ -48,6 +52,8 @@ def transfer(
                 directory,
                 seed,
                 quick=quick,
+                n_robots=robots,
+                n_cups=cups,
                 believed=forward,
                 engine=engine,
                 n_workers=workers,
@@ -58,6 +64,8 @@ def transfer(
                 "transfer",
                 seed=seed,
                 out=directory,
+                robots=robots,
+                cups=cups,
                 scenario=scenario,
                 model=model,
                 workers=workers,

@@ -51,6 +51,8 @@ def transfer(
     seed: int = 0,
     *,
     quick: bool = False,
+    n_robots: int | None = None,
+    n_cups: int | None = None,
     believed: Predictor | None = None,
     engine: str = "drake",
     executor: Executor | None = None,
@@ -68,7 +70,9 @@ def transfer(
     seed
         Draws all that is random.
     quick
-        With two robots of each group and four cups.
+        With two robots of each group and four cups, in place of 30 and 20.
+    n_robots, n_cups
+        Other numbers of these. A run goes on to more robots, not to other cups.
     believed
         The forward model of the believed robot; by default the shipped one.
     engine
@@ -84,7 +88,9 @@ def transfer(
         If an argument is not as described, there is no forward model of the scenario, or the directory holds something else or a
         run with other settings or is in use.
     """
-    settings = TransferSettings.of(scenario, seed, quick, checked_engine(engine, scenario, has_own_controller=False))
+    settings = TransferSettings.of(
+        scenario, seed, quick, checked_engine(engine, scenario, has_own_controller=False), n_robots, n_cups
+    )
     if n_workers is not None:
         checked_integer("n_workers", n_workers, 1)
     believed = believed or reference_model_for(settings.scenario)

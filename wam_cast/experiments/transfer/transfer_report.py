@@ -43,7 +43,7 @@ def write_report(summary: TransferSummary, settings: TransferSettings, directory
                 write_figure(figure, folder / f"{name}.{suffix}", dpi=DPI)
     results = to_plain(
         {
-            "settings": settings.identity,
+            "settings": settings.identity | {"n_robots": settings.n_robots},
             "wall_seconds": directory.wall_seconds(),
             **{name: getattr(summary, name).to_dict("records") for name in type(summary).model_fields},
         }

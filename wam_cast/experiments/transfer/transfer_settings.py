@@ -6,6 +6,7 @@ import shlex
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 from wam_cast.adaptation.methods import ADAPTATION_METHODS, AdaptationMethod
 from wam_cast.adaptation.robot_distribution import RobotDistribution
@@ -101,11 +102,27 @@ class TransferSettings:
     is_quick: bool
 
     @classmethod
-    def of(cls, scenario: Scenario, seed: int, quick: bool, engine: str = "drake") -> TransferSettings:
-        """Return the settings of a full run, or of a quick one. A scenario without noise gets that of a typical arm."""
+    def of(
+        cls,
+        scenario: Scenario,
+        seed: int,
+        quick: bool,
+        engine: str = "drake",
+        n_robots: int | None = None,
+        n_cups: int | None = None,
+    ) -> TransferSettings:
+        """Return the settings of a full run, or of a quick one, with as many robots and cups as asked for.
+
+        A scenario without noise gets that of a typical arm.
+        """
         seed = checked_integer("seed", seed, 0)
+        sizes: dict[str, Any] = dict(QUICK if quick else FULL)
+        if n_robots is not None:
+            sizes["n_robots"] = checked_integer("n_robots", n_robots, 1)
+        if n_cups is not None:
+            sizes["n_cups"] = checked_integer("n_cups", n_cups, sizes["n_compared_cups"])
         noisy = scenario if scenario.noise.is_on else scenario.model_copy(update={"noise": Noise.typical()})
-        return cls(noisy, seed, **(QUICK if quick else FULL), engine=engine, is_quick=quick)  # type: ignore[arg-type]
+        return cls(noisy, seed, **sizes, engine=engine, is_quick=quick)
 
     @property
     def methods(self) -> tuple[AdaptationMethod, ...]:
@@ -127,17 +144,23 @@ class TransferSettings:
             words += ["--scenario", str(directory / "scenario.yaml")]
         if self.engine != "drake":
             words += ["--engine", self.engine]
+        usual = QUICK if self.is_quick else FULL
+        for option, name in (("--robots", "n_robots"), ("--cups", "n_cups")):
+            if getattr(self, name) != usual[name]:
+                words += [option, str(getattr(self, name))]
         return shlex.join([*words, "--quick"] if self.is_quick else words)
 
     @property
     def identity(self) -> dict[str, object]:
-        """What must be the same for a run to go on where another one stopped."""
+        """What must be the same for a run to go on where another one stopped.
+
+        How many robots there are is none of it: each is by itself, and a run may go on to more of them.
+        """
         return {
             "scenario": self.scenario.model_dump(mode="json"),
             "fingerprint": self.scenario.fingerprint,
             "engine": self.engine,
             "seed": self.seed,
-            "n_robots": self.n_robots,
             "n_cups": self.n_cups,
             "n_compared_cups": self.n_compared_cups,
             "ks": list(self.ks),

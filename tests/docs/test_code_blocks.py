@@ -64,6 +64,7 @@ ELSEWHERE = {
     r"dask (scheduler|worker \S+)": (IN_DASK, "LocalCluster"),
     r"wam-cast generate .*--scheduler \S+": (IN_DASK, "get_executor"),
     r"wam-cast reproduce .*": (IN_REPRODUCE, '"reproduce", "--quick", "--out"'),
+    r"wam-cast transfer .*": ("tests/experiments/transfer/test_transfer.py", "experiment.transfer(Scenario()"),
     r"python3 -m venv \.venv && \.venv/bin/pip install -q -e '\.\[dev\]' && .*": ("pyproject.toml", "dev = ["),
     r"python -m pytest tests/\S+\.py": (IN_CI, "$test_command"),
     r"poe \w+": ("tests/docs/test_tasks.py", "test_every_task_that_is_called_exists"),

@@ -31,7 +31,7 @@ nitpicky = True
 # Names of other packages, which a build would need the network to resolve, and abbreviations of types.
 OTHERS = (
     "builtins|collections|concurrent|contextlib|enum|matplotlib|numpy|pandas|pathlib|pd|pyarrow|pydantic|pydantic_core|"
-    "pydrake|sklearn|xml"
+    "pydrake|sklearn|xml|zipfile"
 )
 ABBREVIATIONS = (
     r"AbstractValue|Any|Array|Element|Picture|ArrayLike|Axes|Axis|Figure|NDArray|Path|np\.bool_|object_|"

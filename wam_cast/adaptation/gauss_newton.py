@@ -52,7 +52,7 @@ def most_probable(residuals: Residuals, start: Array) -> tuple[Array, Array]:
                 break
         else:
             break
-    return z, np.linalg.inv(_precision(J))
+    return z, np.asarray(np.linalg.inv(_precision(J)), dtype=np.float64)
 
 
 def _precision(J: Array) -> Array:

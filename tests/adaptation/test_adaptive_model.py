@@ -6,11 +6,12 @@ import pytest
 from wam_cast.adaptation.adaptive_model import AdaptiveModel
 from wam_cast.adaptation.priors.interpolated_prior import InterpolatedPrior
 from wam_cast.adaptation.priors.robot_ensemble import RobotEnsemble
+from wam_cast.adaptation.robot_distribution import RobotDistribution
 from wam_cast.cast import Cast, cast_bounds
 from wam_cast.errors import InputError
 from wam_cast.learning.reference import reference_model
 from wam_cast.planning.prediction import ACROSS, ALONG, Predictor
-from wam_cast.scenario import Scenario
+from wam_cast.scenario import Noise, Scenario
 
 LOWER, UPPER = cast_bounds(Scenario())
 
@@ -60,6 +61,18 @@ def made(casts, bearing=0.0):
 def test_it_is_a_predictor(model):
     assert isinstance(model, Predictor)
     assert model.training_outputs.shape == reference_model().training_outputs.shape
+
+
+def test_a_given_model_counts_with_the_noise_of_the_robots():
+    robots = RobotDistribution()
+    given = AdaptiveModel.from_prior(robots, reference_model())
+    assert given.scenario.noise == robots.believed.noise == Noise.typical()
+    cast = filling(1, seed=2)[0]
+    np.testing.assert_allclose(
+        given.noise_variance(cast, False), AdaptiveModel.from_prior(robots).noise_variance(cast, False)
+    )
+    with pytest.raises(InputError):
+        AdaptiveModel.from_prior(RobotDistribution(Scenario.from_dict({"ball": {"mass": 0.05}})), reference_model())
 
 
 def test_a_few_casts_show_what_a_robot_is(model):

@@ -16,6 +16,7 @@ from wam_cast.adaptation.robot import LANDING_STD, LARGEST_STD, MOVE_STD, Observ
 from wam_cast.adaptation.robot_distribution import RobotDistribution
 from wam_cast.cast import PARAMETERS, Cast
 from wam_cast.errors import InputError, checked_std, is_finite, quoted
+from wam_cast.learning.forward_model import ForwardModel
 from wam_cast.learning.reference import reference_model_for
 from wam_cast.planning.landing_distribution import scatter_of_move
 from wam_cast.planning.prediction import (
@@ -293,7 +294,7 @@ def _common_reach(believed: Predictor, prior: OffsetPrior) -> tuple[float, float
 def believed_model(robots: RobotDistribution, given: Predictor | None) -> Predictor:
     """Return the forward model of what robots are taken for: the given one, else the shipped one.
 
-    Raises `.InputError` if there is none, or it is another scenario's.
+    It plans for the noise of what robots are taken for. Raises `.InputError` if there is none, or it is another scenario's.
     """
     model = given or reference_model_for(robots.believed)
     if model is None:
@@ -301,10 +302,10 @@ def believed_model(robots: RobotDistribution, given: Predictor | None) -> Predic
             "believed: the shipped forward model does not serve these robots' scenario; give one that was fitted to it, "
             "such as ForwardModel.load(FILE)"
         )
-    if model.scenario.without_noise.fingerprint != robots.believed.without_noise.fingerprint:
-        raise InputError(
-            "believed: the model is of another scenario than robots.believed; give one that was fitted to it"
-        )
+    if isinstance(model, ForwardModel):
+        return model.bound_to(robots.believed, model.controller)
+    if model.scenario != robots.believed:
+        raise InputError("believed: the model is not of robots.believed, its noise included; give one that is")
     return model
 
 

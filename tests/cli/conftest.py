@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import wam_cast
-from wam_cast.cli import main, model_choice
+from wam_cast.cli import main, model_choice, terminal
 from wam_cast.generation.sampling import sample_cast
 from wam_cast.learning import dataset
 
@@ -31,6 +31,17 @@ def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(path)
     monkeypatch.setenv("COLUMNS", "100")
     return path
+
+
+@pytest.fixture
+def terminal_of(monkeypatch):
+    """Return a function that gives the tables a terminal so many columns wide; rich reads COLUMNS once, where it is set."""
+
+    def give(columns):
+        settings = {"soft_wrap": True, "highlight": False, "markup": False, "emoji": False}
+        monkeypatch.setattr(terminal, "out", terminal.Terminal(width=columns, **settings))
+
+    return give
 
 
 @pytest.fixture

@@ -60,8 +60,8 @@ def interrupt_at(monkeypatch, n_casts, error=KeyboardInterrupt):
     return simulate
 
 
-def test_a_line_a_cast_and_how_many_were_caught(cli, monkeypatch):
-    monkeypatch.setenv("COLUMNS", "80")
+def test_a_line_a_cast_and_how_many_were_caught(cli, terminal_of):
+    terminal_of(80)
     result = cli("learn", *WORDS, "--casts", "4")
     assert (result.code, result.err) == (0, "")
     lines = result.out.splitlines()
@@ -76,8 +76,8 @@ def test_a_line_a_cast_and_how_many_were_caught(cli, monkeypatch):
     assert lines[-1] == "3 of 4 caught, the first of them cast 2"
 
 
-def test_a_narrow_terminal_has_a_line_for_each_value(cli, monkeypatch):
-    monkeypatch.setenv("COLUMNS", "50")
+def test_a_narrow_terminal_has_a_line_for_each_value(cli, terminal_of):
+    terminal_of(50)
     lines = cli("learn", *WORDS, "--casts", "1").out.splitlines()
     assert lines[:2] == ["cast: 1", "cup [m]: 0.7500, 0.0000"]
     assert lines[5:7] == ["status: long", ""]

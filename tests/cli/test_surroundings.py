@@ -40,17 +40,6 @@ def refused(cli, *words):
 # --- the width of the terminal
 
 
-@pytest.fixture
-def terminal_of(monkeypatch):
-    """Return a function that gives the tables a terminal so many columns wide; rich reads COLUMNS once, where it is set."""
-
-    def give(columns):
-        settings = {"soft_wrap": True, "highlight": False, "markup": False, "emoji": False}
-        monkeypatch.setattr(terminal, "out", terminal.Terminal(width=columns, **settings))
-
-    return give
-
-
 @pytest.mark.parametrize("columns", [80, 72, 40, 12])
 def test_no_digit_is_lost_on_a_narrow_terminal(cli, terminal_of, columns):
     words = ("plan", "--cup", "-0.2345,-0.5432", "--cup", "0.75")

@@ -18,7 +18,7 @@ def test_purposes_indices_and_seeds_have_seeds_of_their_own():
 
 
 def test_seeds_are_always_the_same():
-    assert [purpose.value for purpose in Purpose] == [0, 1, 2, 3, 4, 5, 6]
+    assert [purpose.value for purpose in Purpose] == [0, 1, 2, 3, 4, 5, 6, 7]
     assert [derived_seed(0, purpose) for purpose in Purpose] == [
         3678467582,
         1246905493,
@@ -27,6 +27,7 @@ def test_seeds_are_always_the_same():
         1652893257,
         2103482543,
         302225387,
+        3003216582,
     ]
     assert derived_seed(7, Purpose.NOISE, 3) == 1313116903
 

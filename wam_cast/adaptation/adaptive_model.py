@@ -15,6 +15,7 @@ from wam_cast.adaptation.priors.offset import OffsetPrior
 from wam_cast.adaptation.robot import LANDING_STD, LARGEST_STD, MOVE_STD, Observation
 from wam_cast.adaptation.robot_distribution import RobotDistribution
 from wam_cast.cast import PARAMETERS, Cast
+from wam_cast.casting_plane import to_casting_plane
 from wam_cast.errors import InputError, checked_std, is_finite, quoted
 from wam_cast.learning.forward_model import ForwardModel
 from wam_cast.learning.reference import reference_model_for
@@ -200,8 +201,7 @@ class AdaptiveModel:
     def _observation(self, cast: Cast, place: Array, std: float, is_measured: bool) -> _Seen:
         """Return what one landing shows, along and across the casting plane."""
         x = cast.to_array()[:3]
-        cosine, sine = np.cos(cast.bearing), np.sin(cast.bearing)
-        in_plane = np.array([cosine * place[0] + sine * place[1], cosine * place[1] - sine * place[0]])
+        in_plane = np.array(to_casting_plane(place, cast.bearing))
         values = self._prior.predict(x[np.newaxis], cast.bearing).values[0][:, LANDING].T
         expected = self._believed.predict(x[np.newaxis])[0, LANDING] + values[:, 0]
         return _Seen(values[:, 1:], in_plane - expected, std**2 + self.noise_variance(x, is_measured))
@@ -315,9 +315,16 @@ def _posterior(seen: _Seen, width: float) -> Posterior:
     covariance = width**2 * np.eye(n_weights)
     if not len(seen.errors):
         return Posterior(np.zeros(n_weights), covariance)
-    gram = width**2 * seen.components @ seen.components.T + np.diag(seen.variances)
-    gain = width**2 * cho_solve(cho_factor(gram, lower=True), seen.components).T
+    gain = width**2 * cho_solve(_factor(seen, width), seen.components).T
     return Posterior(gain @ seen.errors, covariance - width**2 * gain @ seen.components)
+
+
+def _factor(seen: _Seen, width: float) -> tuple[Array, bool]:
+    """Return the Cholesky factor of what was seen's covariance before it was seen, and that it is the lower one."""
+    factor: tuple[Array, bool] = cho_factor(
+        width**2 * seen.components @ seen.components.T + np.diag(seen.variances), lower=True
+    )
+    return factor
 
 
 def _likeliest_width(seen: _Seen) -> float:
@@ -326,8 +333,7 @@ def _likeliest_width(seen: _Seen) -> float:
         return 1.0
 
     def log_probability(width: float) -> float:
-        gram = width**2 * seen.components @ seen.components.T + np.diag(seen.variances)
-        factor, lower = cho_factor(gram, lower=True)
+        factor, lower = _factor(seen, width)
         evidence = -0.5 * seen.errors @ cho_solve((factor, lower), seen.errors) - np.log(np.diag(factor)).sum()
         return float(evidence - WIDTH_COST * np.log(width))
 

@@ -26,7 +26,7 @@ from wam_cast.cli.work.mapping import map_
 from wam_cast.cli.work.output_files import ThrowFiles
 from wam_cast.cli.work.throwing import execute, given_throws, make_plans
 from wam_cast.cli.work.transferring import transfer
-from wam_cast.errors import InputError, MachineError
+from wam_cast.errors import InputError
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=HELP_STYLE)
 
@@ -224,23 +224,22 @@ def reproduce(
     setting = model_choice.load_scenario(scenario)
     checked_engine(engine, setting, has_own_controller=False)
     require_workable(setting, scenario, RunDirectory, directory)
-    with phase_progress() as report:
-        try:
-            findings = wc.reproduce(
-                setting, directory, seed=seed, quick=quick, engine=engine, n_workers=workers, on_progress=report
-            )
-        except (KeyboardInterrupt, MachineError):
-            command = model_choice.command_line(
-                "reproduce",
-                seed=seed,
-                out=directory,
-                scenario=scenario,
-                workers=workers,
-                engine=None if engine == "drake" else engine,
-                quick=quick,
-            )
-            err.print(f"what is finished is kept in {directory}. Go on with: {command}")
-            raise
+    command = model_choice.command_line(
+        "reproduce",
+        seed=seed,
+        out=directory,
+        scenario=scenario,
+        workers=workers,
+        engine=None if engine == "drake" else engine,
+        quick=quick,
+    )
+    with (
+        phase_progress() as report,
+        model_choice.telling_how_to_go_on(command, lambda: f"what is finished is kept in {directory}"),
+    ):
+        findings = wc.reproduce(
+            setting, directory, seed=seed, quick=quick, engine=engine, n_workers=workers, on_progress=report
+        )
     if as_json:
         print_json({"directory": str(directory), **findings.summary()})
     else:

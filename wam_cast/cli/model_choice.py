@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import shlex
-from contextlib import nullcontext
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import NamedTuple
 
@@ -108,34 +109,33 @@ def generate(
             done = n_done
             advance(n_done)
 
-        try:
-            with cluster as executor:
-                return wc.generate_dataset(
-                    setting,
-                    casts,
-                    seed,
-                    engine=engine,
-                    executor=executor,
-                    n_workers=workers,
-                    directory=out,
-                    force=force,
-                    on_progress=report,
-                )
-        except (KeyboardInterrupt, MachineError):
-            command = command_line(
-                "generate",
-                casts=casts,
-                seed=seed,
-                out=out,
-                scenario=scenario,
-                workers=workers,
-                scheduler=scheduler,
-                engine=None if engine == "drake" else engine,
+        command = command_line(
+            "generate",
+            casts=casts,
+            seed=seed,
+            out=out,
+            scenario=scenario,
+            workers=workers,
+            scheduler=scheduler,
+            engine=None if engine == "drake" else engine,
+        )
+        with (
+            telling_how_to_go_on(
+                command, lambda: f"{done} of {casts} casts were simulated; finished parts are kept in {out}"
+            ),
+            cluster as executor,
+        ):
+            return wc.generate_dataset(
+                setting,
+                casts,
+                seed,
+                engine=engine,
+                executor=executor,
+                n_workers=workers,
+                directory=out,
+                force=force,
+                on_progress=report,
             )
-            err.print(
-                f"{done} of {casts} casts were simulated; finished parts are kept in {out}. Go on with: {command}"
-            )
-            raise
 
 
 def fit(dataset: Path, file: Path, scenario: wc.Scenario | None) -> tuple[wc.ForwardModel, wc.CastDataset]:
@@ -167,6 +167,16 @@ def command_line(command: str, *arguments: object, **options: object) -> str:
             if value is not None and value is not False:
                 words += [f"--{name}"] if value is True else [f"--{name}", str(value)]
     return shlex.join(words)
+
+
+@contextmanager
+def telling_how_to_go_on(command: str, kept: Callable[[], str]) -> Iterator[None]:
+    """Say what is kept, in words, and that `command` goes on, if the context is interrupted or the machine fails."""
+    try:
+        yield
+    except (KeyboardInterrupt, MachineError):
+        err.print(f"{kept()}. Go on with: {command}")
+        raise
 
 
 def _own_files(path: Path | None, scenario: wc.Scenario) -> tuple[Path, Path]:

@@ -9,8 +9,9 @@ from html.parser import HTMLParser
 import pandas as pd
 import pytest
 
-from wam_cast.experiments.paper.report import FAILURES, render_html, render_markdown, worst_casts, write_report
+from wam_cast.experiments.paper.report import FAILURES, render_markdown, worst_casts, write_report
 from wam_cast.experiments.paper.report_figures import CAPTIONS, draw_figures
+from wam_cast.experiments.report_pages import render_html
 from wam_cast.parallel.workers import Workers
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.outcome import Status

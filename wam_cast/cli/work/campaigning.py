@@ -12,8 +12,7 @@ import wam_cast as wc
 from wam_cast.cli import model_choice, options
 from wam_cast.cli.options import parse_cup
 from wam_cast.cli.results import format_position, print_json
-from wam_cast.cli.terminal import GrowingTable, err, out, progress
-from wam_cast.errors import MachineError
+from wam_cast.cli.terminal import GrowingTable, out, progress
 
 if TYPE_CHECKING:
     from wam_cast.adaptation.campaign import Campaign
@@ -91,7 +90,18 @@ def learn(
         if table is not None:
             table.add(*_cells(row))
 
-    try:
+    command = model_choice.command_line(
+        "learn",
+        robot=robot,
+        cup=cup,
+        casts=casts,
+        out=directory,
+        scenario=scenario,
+        method=method,
+        model=model,
+        seed=seed,
+    )
+    with model_choice.telling_how_to_go_on(command, lambda: f"{len(rows)} of {casts} casts are kept in {directory}"):
         campaign = run_campaign(
             SimulatedRobot(truth, belief, seed=seed),
             before,
@@ -101,20 +111,6 @@ def learn(
             settings={"robot": truth.model_dump(mode="json"), "method": method, "seed": seed},
             on_cast=note,
         )
-    except (KeyboardInterrupt, MachineError):
-        command = model_choice.command_line(
-            "learn",
-            robot=robot,
-            cup=cup,
-            casts=casts,
-            out=directory,
-            scenario=scenario,
-            method=method,
-            model=model,
-            seed=seed,
-        )
-        err.print(f"{len(rows)} of {casts} casts are kept in {directory}. Go on with: {command}")
-        raise
     if as_json:
         summary = {"n_caught": campaign.n_caught, "first_caught": campaign.first_caught}
         given = {"directory": str(directory), "method": method, "seed": seed}

@@ -9,8 +9,7 @@ import typer
 
 from wam_cast.cli import model_choice, options
 from wam_cast.cli.results import print_json
-from wam_cast.cli.terminal import err, out, phase_progress, print_table
-from wam_cast.errors import MachineError
+from wam_cast.cli.terminal import out, phase_progress, print_table
 
 if TYPE_CHECKING:
     from wam_cast.experiments.transfer.transfer_summary import TransferSummary
@@ -45,35 +44,34 @@ def transfer(
     belief, forward = model_choice.scenario_and_model(scenario, model, train)
     checked_engine(engine, belief, has_own_controller=False)
     TransferDirectory.is_begun(directory)
-    with phase_progress() as report:
-        try:
-            summary = run(
-                belief,
-                directory,
-                seed,
-                quick=quick,
-                n_robots=robots,
-                n_cups=cups,
-                believed=forward,
-                engine=engine,
-                n_workers=workers,
-                on_progress=report,
-            )
-        except (KeyboardInterrupt, MachineError):
-            command = model_choice.command_line(
-                "transfer",
-                seed=seed,
-                out=directory,
-                robots=robots,
-                cups=cups,
-                scenario=scenario,
-                model=model,
-                workers=workers,
-                engine=None if engine == "drake" else engine,
-                quick=quick,
-            )
-            err.print(f"what is finished is kept in {directory}. Go on with: {command}")
-            raise
+    command = model_choice.command_line(
+        "transfer",
+        seed=seed,
+        out=directory,
+        robots=robots,
+        cups=cups,
+        scenario=scenario,
+        model=model,
+        workers=workers,
+        engine=None if engine == "drake" else engine,
+        quick=quick,
+    )
+    with (
+        phase_progress() as report,
+        model_choice.telling_how_to_go_on(command, lambda: f"what is finished is kept in {directory}"),
+    ):
+        summary = run(
+            belief,
+            directory,
+            seed,
+            quick=quick,
+            n_robots=robots,
+            n_cups=cups,
+            believed=forward,
+            engine=engine,
+            n_workers=workers,
+            on_progress=report,
+        )
     if as_json:
         tables = {
             name: getattr(summary, name).to_dict("records") for name in ("bias", "hits", "calibration", "campaigns")

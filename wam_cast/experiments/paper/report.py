@@ -2,31 +2,25 @@
 
 from __future__ import annotations
 
-import json
 import math
 import platform
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from wam_cast.cast import PARAMETERS, cast_bounds
 from wam_cast.experiments.frames import Record
-from wam_cast.experiments.html_page import render_html
 from wam_cast.experiments.paper import published as paper
 from wam_cast.experiments.paper.findings import Findings, clear_radius
 from wam_cast.experiments.paper.report_figures import CAPTIONS
 from wam_cast.experiments.paper.settings import PAPERS_PLANNER, Settings
+from wam_cast.experiments.report_pages import report_environment, write_pages
 from wam_cast.parallel.workers import available_processors
 from wam_cast.planning.solution import LONGEST_MISS
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.outcome import Status
-from wam_cast.storage.atomic import write_file
 from wam_cast.storage.run_directory import RunDirectory
-
-MISSING = "-"
-"""Stands in tables for a value that does not exist."""
 
 FAILURES: dict[str, str] = {
     "short": "short",
@@ -55,11 +49,7 @@ ALIKE_FACTOR = 1.2
 def write_report(findings: Findings, directory: RunDirectory) -> None:
     """Write the report's files around the figures that are there; what was there before is replaced."""
     results = findings.to_json(directory.wall_seconds())
-    text = json.dumps(results, indent=1, allow_nan=False) + "\n"
-    write_file(directory.path / "results.json", text.encode())
-    markdown = render_markdown(results, findings.settings, directory.path)
-    write_file(directory.path / "report.md", markdown.encode())
-    write_file(directory.path / "report.html", render_html(markdown, directory.path).encode())
+    write_pages(results, render_markdown(results, findings.settings, directory.path), directory.path)
 
 
 def render_markdown(results: Record, settings: Settings, folder: Path) -> str:
@@ -67,15 +57,8 @@ def render_markdown(results: Record, settings: Settings, folder: Path) -> str:
 
     `results` is the content of `results.json`; the report lies in `folder`, and its figures in `folder / "figures"`.
     """
-    environment = Environment(
-        loader=FileSystemLoader(Path(__file__).parent),
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        autoescape=False,  # Markdown, of our own numbers
-    )
-    environment.filters |= {"cm": _scaled(100, 2), "mm": _scaled(1000, 1)}
-    environment.filters |= {"percent": _percent, "power": _power, "listing": _listing}
+    environment = report_environment(Path(__file__).parent)
+    environment.filters |= {"power": _power, "listing": _listing}
     scenario = settings.scenario
     return environment.get_template("report.md.j2").render(
         f=results,
@@ -160,17 +143,6 @@ def explain(trial: Record, scenario: Scenario, others: str = "the model") -> str
 def _signed_mm(value: float) -> str:
     # Adding 0 turns a rounded -0 into 0.
     return f"{round(1e3 * value, 1) + 0:+.1f}"
-
-
-def _scaled(factor: float, digits: int) -> Callable[..., str]:
-    def text(value: float | None, digits: int = digits) -> str:
-        return MISSING if value is None else f"{factor * value:.{digits}f}"
-
-    return text
-
-
-def _percent(value: float, digits: int = 0) -> str:
-    return f"{100 * value:.{digits}f} %"
 
 
 def _power(value: float) -> str:

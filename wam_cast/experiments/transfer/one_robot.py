@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import pandas as pd
@@ -72,15 +73,7 @@ class UnknownRobot:
 
     def study(self) -> RobotStudy:
         """Let it practise, plan, and cast."""
-        seen = self._practise()
-        planned = [
-            (method, k, cup, plan, model)
-            for method, before in self.models.items()
-            for k in (self.settings.ks if method != "nominal" else (0,))
-            for model in [before.learn(seen[:k])]
-            for cup in range(self._n_cups(method, k))
-            for plan in [plan_cast(model, from_polar(*self._cups[cup]))]
-        ]
+        planned = list(self._planned(self._practise()))
         landings = self._landings([plan.cast for _, _, _, plan, _ in planned])
         rows = [
             self._row(*of_plan, landing) | self._tried(*of_plan[:4])
@@ -89,11 +82,19 @@ class UnknownRobot:
         first, end, n_casts = self._campaign()
         return RobotStudy(plans=pd.DataFrame(rows), first_catch=first, streak_end=end, n_casts=n_casts)
 
+    def _planned(self, seen: Sequence[Observation]) -> Iterator[tuple[AdaptationMethod, int, int, Plan, AdaptiveModel]]:
+        """Yield each method's plans after so many practice casts for so many cups, with the model that they come from."""
+        for method, before in self.models.items():
+            for k in (0,) if method == "nominal" else self.settings.ks:
+                model = before.learn(seen[:k])
+                for cup in range(self._n_cups(method, k)):
+                    yield method, k, cup, plan_cast(model, from_polar(*self._cups[cup])), model
+
     def _n_cups(self, method: AdaptationMethod, k: int) -> int:
         is_tried_on_all = method == "nominal" or (method == BEST and k in MAIN_KS)
         return self.settings.n_cups if is_tried_on_all else self.settings.n_compared_cups
 
-    @property
+    @cached_property
     def _cups(self) -> list[Polar]:
         seed = derived_seed(self.settings.seed, Purpose.CUPS, self.number)
         return draw_cups(common_reach(self.models.values()), self.settings.n_cups, seed)

@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-import json
-import math
 from pathlib import Path
 
-import pandas as pd
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from wam_cast.experiments.frames import to_plain
-from wam_cast.experiments.html_page import render_html
+from wam_cast.experiments.report_pages import report_environment, write_pages
 from wam_cast.experiments.transfer.one_robot import STREAK
 from wam_cast.experiments.transfer.transfer_settings import BEST, CUPS, MAIN_KS, OUT_OF_RANGE, TransferSettings
 from wam_cast.experiments.transfer.transfer_summary import TransferSummary, share_within
-from wam_cast.storage.atomic import write_file
 from wam_cast.storage.run_directory import RunDirectory
 from wam_cast.visualization.figures.transfer_figures import draw_bias, draw_campaigns, draw_hit_rates
 from wam_cast.visualization.picture_files import write_figure
@@ -48,22 +43,12 @@ def write_report(summary: TransferSummary, settings: TransferSettings, directory
             **{name: getattr(summary, name).to_dict("records") for name in type(summary).model_fields},
         }
     )
-    write_file(directory.path / "results.json", (json.dumps(results, indent=1, allow_nan=False) + "\n").encode())
-    markdown = render_markdown(summary, settings, directory.path)
-    write_file(directory.path / "report.md", markdown.encode())
-    write_file(directory.path / "report.html", render_html(markdown, directory.path).encode())
+    write_pages(results, render_markdown(summary, settings, directory.path), directory.path)
 
 
 def render_markdown(summary: TransferSummary, settings: TransferSettings, folder: Path) -> str:
     """Return the report as Markdown; it lies in `folder`, and its figures in `folder / "figures"`."""
-    environment = Environment(
-        loader=FileSystemLoader(Path(__file__).parent),
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        autoescape=False,  # Markdown, of our own numbers
-    )
-    environment.filters |= {"mm": _mm, "percent": _percent}
+    environment = report_environment(Path(__file__).parent)
     groups = [group.name for group in settings.groups]
     campaigns = {group: summary.campaigns[summary.campaigns["group"] == group] for group in groups}
     return environment.get_template("transfer_report.md.j2").render(
@@ -128,11 +113,3 @@ def _campaigns(figure: Figure, summary: TransferSummary, settings: TransferSetti
         draw_campaigns(axes, some["first_catch"].to_numpy(), some["streak_end"].to_numpy(), title=group)
         axes.label_outer()
     figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2, frameon=False)
-
-
-def _mm(value: float | None) -> str:
-    return "-" if value is None or math.isnan(value) else f"{1e3 * value:.1f}"
-
-
-def _percent(value: float, digits: int = 0) -> str:
-    return "-" if pd.isna(value) else f"{100 * value:.{digits}f} %"

@@ -1,12 +1,43 @@
-"""One HTML page with a whole report in it, its figures included."""
+"""A report's pages: `results.json`, Markdown from a template, and one HTML page with the figures inside."""
 
 from __future__ import annotations
 
 import base64
+import json
+import math
 import re
+from collections.abc import Callable
 from pathlib import Path
 
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markdown_it import MarkdownIt
+
+from wam_cast.experiments.frames import Record
+from wam_cast.storage.atomic import write_file
+
+MISSING = "-"
+"""Stands in tables for a value that does not exist."""
+
+
+def report_environment(folder: Path) -> Environment:
+    """Return what renders the Markdown templates in a folder, with filters for millimetres, centimetres and percent."""
+    environment = Environment(
+        loader=FileSystemLoader(folder),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        autoescape=False,  # Markdown, of our own numbers
+    )
+    environment.filters |= {"cm": _scaled(100, 2), "mm": _scaled(1000, 1), "percent": _percent}
+    return environment
+
+
+def write_pages(results: Record, markdown: str, folder: Path) -> None:
+    """Write `results.json`, `report.md` and `report.html` around the figures that are there; what was there before is replaced."""
+    text = json.dumps(results, indent=1, allow_nan=False) + "\n"
+    write_file(folder / "results.json", text.encode())
+    write_file(folder / "report.md", markdown.encode())
+    write_file(folder / "report.html", render_html(markdown, folder).encode())
 
 
 def render_html(markdown: str, folder: Path) -> str:
@@ -21,6 +52,17 @@ def render_html(markdown: str, folder: Path) -> str:
         f'<meta name="viewport" content="width=device-width, initial-scale=1">\n<style>{_STYLE}</style>\n'
         f"</head>\n<body>\n{body}</body>\n</html>\n"
     )
+
+
+def _scaled(factor: float, digits: int) -> Callable[..., str]:
+    def text(value: float | None, digits: int = digits) -> str:
+        return MISSING if value is None or math.isnan(value) else f"{factor * value:.{digits}f}"
+
+    return text
+
+
+def _percent(value: float, digits: int = 0) -> str:
+    return MISSING if math.isnan(value) else f"{100 * value:.{digits}f} %"
 
 
 def _data_uri(path: Path) -> str:

@@ -30,7 +30,7 @@ if sys.argv[1] == "learn":
     from wam_cast.learning.reference import reference_model
 
     robot.simulate_cast = closed_forms.simulate_cast
-    AdaptiveModel.from_prior = lambda robots: AdaptiveModel(reference_model(), Affine(robots.believed))
+    AdaptiveModel.from_prior = lambda robots, believed=None: AdaptiveModel(reference_model(), Affine(robots.believed))
 
 if __name__ == "__main__":
     print("ready", flush=True)

@@ -17,6 +17,7 @@ import wam_cast as wc
 from wam_cast.adaptation.practice import choose_practice
 from wam_cast.adaptation.priors.filling import filling_casts
 from wam_cast.adaptation.robot import LANDING_STD, MOVE_STD
+from wam_cast.casting_plane import from_casting_plane
 from wam_cast.motion.noise_draws import executed_cast
 from wam_cast.planning.prediction import ALONG
 from wam_cast.types import Array
@@ -39,10 +40,27 @@ def practice_casts(model: wc.AdaptiveModel, cups: list[tuple[float, float]], see
     }
 
 
-def landings(truth: wc.Scenario, casts: list[wc.Cast], belief: wc.Scenario, seeds: Array | None = None) -> Array:
-    """Return where casts at bearing 0 land, (n, 2)."""
+def landings(
+    truth: wc.Scenario | list[wc.Scenario], casts: list[wc.Cast], belief: wc.Scenario, seeds: Array | None = None
+) -> Array:
+    """Return where casts land, world (x, y) [m], (n, 2), with one robot or one for each."""
     frame = wc.simulate_batch(truth, casts, precision="float32", belief=belief, noise_seeds=seeds)
-    return frame[["landing_along", "landing_across"]].to_numpy(dtype=float)
+    pairs = zip(frame["landing_along"], frame["landing_across"], casts, strict=True)
+    return np.array([from_casting_plane(along, across, cast.bearing) for along, across, cast in pairs])
+
+
+def practised(
+    belief: wc.Scenario, truth: wc.Scenario, casts: list[wc.Cast], rng: np.random.Generator
+) -> tuple[list[wc.Cast], Array]:
+    """Return practice casts as a robot's encoders see them made, with noise, and their measured landings, (n, 2)."""
+    seeds = rng.integers(2**31, size=len(casts))
+    seen = landings(truth, casts, belief, seeds) + LANDING_STD * rng.standard_normal((len(casts), 2))
+    made = []
+    for cast, noise_seed in zip(casts, seeds, strict=True):
+        executed = executed_cast(belief.noise, cast, int(noise_seed)).to_array()
+        off = rng.standard_normal(3) * [MOVE_STD.distance, MOVE_STD.speed, MOVE_STD.wait]
+        made.append(wc.Cast.from_array(np.maximum(executed + off, [1e-3, 1e-3, 0]), cast.bearing))
+    return made, seen
 
 
 def errors(
@@ -53,13 +71,7 @@ def errors(
     there = landings(truth.without_noise, [wc.Cast(*row) for row in targets], belief)[:, 0]
     found = [model.predict(targets)[:, ALONG] - there]
     for casts in ways.values():
-        seeds = rng.integers(2**31, size=len(casts))
-        seen = landings(truth, casts, belief, seeds) + LANDING_STD * rng.standard_normal((len(casts), 2))
-        made = []
-        for cast, noise_seed in zip(casts, seeds, strict=True):
-            executed = executed_cast(belief.noise, cast, int(noise_seed)).to_array()
-            off = rng.standard_normal(3) * [MOVE_STD.distance, MOVE_STD.speed, MOVE_STD.wait]
-            made.append(wc.Cast.from_array(np.maximum(executed + off, [1e-3, 1e-3, 0]), cast.bearing))
+        made, seen = practised(belief, truth, casts, rng)
         for k in KS:
             learned = model.observe(made[:k], seen[:k], is_measured=True)
             found.append(learned.predict(targets)[:, ALONG] - there)

@@ -90,7 +90,9 @@ def test_workers_that_leave_are_waited_for_and_a_scheduler_that_is_killed_keeps_
         time.sleep(0.1)
     worker.kill()
     line = running.stderr.readline()
-    assert line.startswith("waiting for workers: all that it had have gone, and their logs say why; `dask worker")
+    assert line.startswith("waiting for workers: all that it had have gone, and their logs say why; `dask worker"), (
+        line + running.stderr.read()
+    )
     cluster.scheduler.kill()
     out, err = running.communicate(timeout=60)
     assert (running.returncode, out) == (2, "")

@@ -23,7 +23,7 @@ warnings.simplefilter("error", DrakeDeprecationWarning)
 """
 """Runs before a notebook. PYTHONWARNINGS could not name a class of pydrake: it is read before packages can be imported."""
 
-TIMEOUT = 180
+TIMEOUT = 600
 """For one cell [s]; machines that run tests are often busy."""
 
 

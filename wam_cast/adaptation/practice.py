@@ -40,7 +40,8 @@ def choose_practice(model: AdaptiveModel, n_casts: int, cups: Sequence[Position]
     over candidates x, where t are the casts that the model plans now for the cups, and cov and var are those of the landing along
     the plane under the model's posterior: the landing of x lowers their summed variance by just that (the A-optimal design of
     Bayesian linear regression, one cast at a time). Where a cast will land does not matter to it, so that several may be chosen at
-    once. A cast that scatters is worth less, and none is chosen again before all are: what the components leave would be the same again.
+    once. A cast that scatters is worth less, and none is chosen again before all are: what the
+    components leave would be the same again.
 
     Parameters
     ----------

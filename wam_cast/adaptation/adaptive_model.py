@@ -222,7 +222,8 @@ class AdaptiveModel:
         noise = self.scenario.noise
         moved, _ = scatter_of_move(self._believed, cast, MOVE_STD if is_measured else noise)
         entry_speed = self._believed.predict(cast[np.newaxis])[0, ENTRY_SPEED]
-        return np.asarray(np.square(scatter_of_swing(self.scenario, noise, entry_speed)) + [moved, 0.0])
+        swing = scatter_of_swing(self.scenario, noise, entry_speed)
+        return np.array([moved + swing.along**2, swing.across**2])
 
     def landing_components(self, casts: Array) -> Array:
         """Return what each weight moves the landing along by [m], shape (n, n_weights), at casts of shape (n, 3)."""

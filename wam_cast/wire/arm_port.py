@@ -101,6 +101,13 @@ class _Port:
         self._torque = np.zeros(N_ARM)
         bus.subscribe(COMMAND_CHANNEL, self._commands.append)
 
+    def _begin(self) -> None:
+        """Forget the motion before."""
+        self._bus.handle()
+        self._commands.clear()
+        self._in_time.clear()
+        self._torque, self.time = np.zeros(N_ARM), 0.0
+
     def _receive(self, utime: int, q: Array) -> list[Refusal | None]:
         """Take in the commands that have come; return, and say, what is wrong with each, or none."""
         verdicts = []
@@ -138,7 +145,7 @@ class LockStepPort(_Port):
 
     def open(self, q: Array) -> None:
         """Open the brakes of an arm at `q` [rad]. Raises `ArmStoppedError` if they stay closed."""
-        self._torque = np.zeros(N_ARM)
+        self._begin()
         while self.safety.mode is SafetyMode.LOCKED:
             self._answered(0.0, q, np.zeros(N_ARM))
         self.is_open = True
@@ -213,9 +220,9 @@ class RealTimePort(_Port):
 
     def open(self, q: Array) -> None:
         """Open the brakes of an arm at rest at `q` [rad], and wait for the first torque. Raises `ArmStoppedError` if they stay closed."""
-        self._torque, self._stopped_since = np.zeros(N_ARM), None
-        self._in_time.clear()
-        self._deadline = self._clock.now()
+        self._begin()
+        self._stopped_since, self._deadline = None, self._clock.now()
+        self.n_ticks, self.n_missed, self.worst_lateness = 0, 0, 0.0
         for _ in range(round(OPENING_TIMEOUT / self._period)):
             if self._tick(q, np.zeros(N_ARM)) is SafetyMode.OBEYING:
                 break

@@ -1,7 +1,7 @@
 """Where the arm's side asks for torques: in lock step, or sample by sample in real time; and the controller that only asks.
 
-`RemoteLaw` stands in a station where the control law would. All else of the station stays what it is, so that in lock step a cast is
-that of one process, bit for bit.
+`RemoteLaw` stands in a station where the control law would. All else of the station stays what it is, so that in lock step a cast
+is that of one process, bit for bit.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from wam_cast.wire.messages import (
 from wam_cast.wire.safety import ArmSafety, Refusal, SafetyMode
 
 HOLD_RATE = 20.0
-"""Natural frequency [rad/s] with which the arm holds its position, critically damped: from 2 rad/s it comes to rest within 0.04 rad."""
+"""Natural frequency [rad/s] with which the arm holds its position, critically damped: 2 rad/s take it 0.04 rad on."""
 
 HOLD_DURATION = 0.5
 """For which the arm is held before its brakes close [s]."""
@@ -85,7 +85,7 @@ class RemoteLaw(CastController):
 
 
 def hold_torque(arm: MeasuredArm, q_hold: Array, limits: Array) -> Array:
-    """Return the torque [N m], (7,), within its `limits`, that holds an arm at `q_hold` [rad]: its weight, and a critically damped pull."""
+    """Return the torque [N m], (7,), within `limits`, that holds an arm at `q_hold` [rad]: its weight, and a damped pull."""
     acceleration = HOLD_RATE**2 * (q_hold - arm.q) - 2 * HOLD_RATE * arm.v
     return saturate(arm.plant.CalcMassMatrix(arm.context) @ acceleration + arm.holding_torque, limits)
 
@@ -120,15 +120,17 @@ class _Port:
     def _send_status(self, utime: int, time: float, q: Array, v: Array) -> None:
         self.time = time
         rate = sum(self._in_time) / len(self._in_time) if self._in_time else 1.0
-        status = ArmStatus(utime, to_microseconds(time), q, v, self._torque, *MODES[self.safety.mode], success_rate=rate)
+        status = ArmStatus(
+            utime, to_microseconds(time), q, v, self._torque, *MODES[self.safety.mode], success_rate=rate
+        )
         self._bus.publish(STATUS_CHANNEL, status_message(status).encode())
 
 
 class LockStepPort(_Port):
     """Waits at each sample for the command that answers it. The arm's clock is the number of the sample.
 
-    The world waits as well: it is simulated on when the command is there. A command that is refused will be followed by no other, so
-    that the cast ends there.
+    The world waits as well: it is simulated on when the command is there. A command that is refused will be followed by no other,
+    so that the cast ends there.
     """
 
     def __init__(
@@ -189,8 +191,8 @@ class LockStepPort(_Port):
 class RealTimePort(_Port):
     """Gives at each tick of a clock the torque that came last, whatever the controller does meanwhile.
 
-    A torque acts from the tick after the sample that it answers: a real driver has no answer earlier either. Where the simulation itself
-    is late, its clock is stopped for so long: a missed deadline, which is counted; its commands are none the older for it.
+    A torque acts from the tick after the sample that it answers: a real driver has no answer earlier either. Where the simulation
+    itself is late, its clock is stopped for so long: a missed deadline, which is counted; its commands are none the older for it.
 
     Attributes
     ----------
@@ -219,7 +221,7 @@ class RealTimePort(_Port):
         self.worst_lateness = 0.0
 
     def open(self, q: Array) -> None:
-        """Open the brakes of an arm at rest at `q` [rad], and wait for the first torque. Raises `ArmStoppedError` if they stay closed."""
+        """Open the brakes of an arm at `q` [rad], and wait for a torque. Raises `ArmStoppedError` if they stay closed."""
         self._begin()
         self._stopped_since, self._deadline = None, self._clock.now()
         self.n_ticks, self.n_missed, self.worst_lateness = 0, 0, 0.0
@@ -264,4 +266,3 @@ class RealTimePort(_Port):
     @property
     def _utime(self) -> int:
         return self._start_utime + to_microseconds(self._n * self._period)
-

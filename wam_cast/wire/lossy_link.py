@@ -9,12 +9,13 @@ import numpy as np
 
 @dataclass
 class LossyLink:
-    """A link between the arm and its controller. The delay of a sample is that of both ways, its status' and its command's, together.
+    """A link between the arm and its controller.
 
     Parameters
     ----------
     delay
-        From a status that is sent to when the command that answers it arrives, but for the controller's own time [s]; half of it each way.
+        From a status that is sent to when the command that answers it arrives, but for the controller's own time [s]; half of it
+        each way.
     jitter
         Mean of what each message takes longer, exponentially distributed [s]: so messages overtake each other.
     loss, doubling

@@ -1,8 +1,8 @@
 """MemoryNetwork: a bus within one process, over links that delay, lose and double, in a time of its own.
 
 Drake's `memq://` will not do: it is one instance's own queue, so that two sides could neither have an instance each nor nest their
-calls. Here both sides run in one thread: what one waits for the other does meanwhile. So a cast over a bad link is repeatable, and takes no
-longer than another.
+calls. Here both sides run in one thread: what one waits for the other does meanwhile. So a cast over a bad link is repeatable,
+and takes no longer than another.
 """
 
 from __future__ import annotations
@@ -62,10 +62,10 @@ class MemoryNetwork:
 
     def wait(self, waiting: MemoryBus, timeout: float) -> None:
         """Let others work until something arrives, or else until so much time [s] has passed."""
+        until = self._now + timeout
         if not self._under_way and any(side.when_idle() for side in self._sides if side is not waiting):
-            return
-        first = self._under_way[0][0] if self._under_way else self._now + timeout
-        self.sleep_until(min(first, self._now + timeout))
+            until = self._now
+        self.sleep_until(min(self._under_way[0][0], until) if self._under_way else until)
 
 
 class MemoryBus:

@@ -1,12 +1,14 @@
 """What goes over the wire: the arm's status and the controller's command, in the types that Drake ships for a Panda.
 
-Of Drake's types for arms of seven joints these are the ones that have all of it: position, velocity and torque of each joint, the control mode
-that a command expects and the one that the arm is in. `lcmt_iiwa_command` has no mode, and `lcmt_iiwa_status` no velocity. The type says
-how the bytes lie, not whose arm it is: seven joints, from base to hand, in radians, radians per second and newton metres.
+Of Drake's types for arms of seven joints these are the ones that have all of it: position, velocity and torque of each joint, the
+control mode that a command expects and the one that the arm is in. `lcmt_iiwa_command` has no mode, and `lcmt_iiwa_status` no
+velocity. The type says how the bytes lie, not whose arm it is: seven joints, from base to hand, in radians, radians per second
+and newton metres.
 
 Conventions of their own, on top of Drake's:
 
-- `utime` of a status is the arm's clock [us], which never goes back. `utime` of a command is that of the status that it answers: so the
+- `utime` of a status is the arm's clock [us], which never goes back. `utime` of a command is that of the status that it answers:
+  so the
   arm tells the age of a command by its own clock alone, and no two clocks need be set alike.
 - `robot_utime` of a status is the time since the motion began [us]: 0 until then.
 """
@@ -81,7 +83,8 @@ class ArmStatus:
     utime, robot_utime
         The arm's clock, and the time since the motion began [us].
     q, v, torque
-        Joint positions [rad] and velocities [rad/s] as the encoders measure them, and the torques that the motors were last told [N m]; (7,) each.
+        Joint positions [rad] and velocities [rad/s] as the encoders measure them, and the torques that the motors were last told
+        [N m]; (7,) each.
     control_mode, robot_mode
         What the arm does, and how it is.
     success_rate
@@ -159,10 +162,9 @@ def status_of(message: lcmt_panda_status) -> ArmStatus:
         raise MessageError(
             f"control mode {message.control_mode} or robot mode {message.robot_mode} is none of the arm's"
         ) from None
-    arrays = (np.array(one) for one in (message.joint_position, message.joint_velocity, message.joint_torque))
-    return ArmStatus(
-        message.utime, message.robot_utime, *arrays, *modes, success_rate=message.control_command_success_rate
-    )
+    q, v, torque = (np.array(one) for one in (message.joint_position, message.joint_velocity, message.joint_torque))
+    rate = message.control_command_success_rate
+    return ArmStatus(message.utime, message.robot_utime, q, v, torque, *modes, success_rate=rate)
 
 
 def decode_status(data: bytes) -> ArmStatus:

@@ -1,8 +1,8 @@
 """OnePass: a cast in a single pass of time, as real time has it, with the cup there from the start.
 
-The phases of `wam_cast.simulation` go back in time: the contact-free one goes on below the rim plane as if there were no cup, and the contact
-phase begins before. Here the second goes on where the first ends, and the landing is where the ball did come down, whatever the rim
-made of it.
+The phases of `wam_cast.simulation` go back in time: the contact-free one goes on below the rim plane as if there were no cup, and
+the contact phase begins before. Here the second goes on where the first ends, and the landing is where the ball did come down,
+whatever the rim made of it.
 """
 
 from __future__ import annotations
@@ -54,6 +54,7 @@ class _GoingOn(ContactPhase):
         """Go on."""
 
     def _result(self, free: ContactFree, has_diverged: bool) -> Contact:
+        del free
         return Contact(bounded_part(self._loop.log()), self._loop.state(), has_diverged)
 
 

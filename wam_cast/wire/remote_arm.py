@@ -40,7 +40,7 @@ from wam_cast.wire.systems import CommandSender, StatusReceiver
 ASK_AGAIN = 0.2
 """After which a question is asked again [s]."""
 
-PATIENCE = 3.0
+PATIENCE = 5.0
 """Without a word from the arm, after which it is given up [s]."""
 
 BUSY_PATIENCE = 10.0
@@ -84,7 +84,8 @@ class CommandLaw:
         n = round(status.robot_utime / MICROSECONDS / self._period)
         self._context.SetTime(n * self._period)
         self._diagram.GetInputPort("status").FixValue(self._context, AbstractValue.Make(status))
-        return evaluate(self._diagram.GetOutputPort("command"), self._context)
+        command: lcmt_panda_command = evaluate(self._diagram.GetOutputPort("command"), self._context)
+        return command
 
 
 class RemoteArm:
@@ -113,7 +114,7 @@ class RemoteArm:
         self._is_casting, self._last = False, -1
         self._status: ArmStatus | None = None
         self._heard_at = 0.0
-        self._reply: StageReply | None = None
+        self._replies: dict[str, StageReply] = {}
         self.service: dict[str, Any] = {}
         self._bus.subscribe(STATUS_CHANNEL, self._hear_status, newest_only=True)
         self._bus.subscribe(REPLY_CHANNEL, self._hear_reply)
@@ -147,7 +148,9 @@ class RemoteArm:
         try:
             return outcome_of(reply.outcome or {})
         except (ValueError, TypeError, AttributeError) as error:
-            raise MachineError(f"the arm at {self._url} answers with {error}; run the same version on both sides") from None
+            raise MachineError(
+                f"the arm at {self._url} answers with {error}; run the same version on both sides"
+            ) from None
 
     def _greet(self) -> StageReply:
         """Return what the arm's side says of itself when it is free."""
@@ -162,20 +165,19 @@ class RemoteArm:
 
     def _ask(self, request: StageRequest) -> StageReply:
         """Ask until the answer is final."""
-        self._reply = None
-        asked_at = -ASK_AGAIN
+        self._replies.clear()
         self._heard_at = begun = self._clock.now()
+        asked_at = begun - ASK_AGAIN
         while True:
-            if self._clock.now() - max(asked_at, begun - ASK_AGAIN) >= ASK_AGAIN:
+            if self._clock.now() - asked_at >= ASK_AGAIN:
                 self._bus.publish(REQUEST_CHANNEL, request.encode())
                 asked_at = self._clock.now()
             self._bus.handle(ASK_AGAIN)
-            reply = self._reply
-            if reply is not None and reply.number == request.number:
-                if reply.state in ("ready", "done", "refused"):
-                    return reply
-                if reply.state == "busy" and self._clock.now() - begun > BUSY_PATIENCE:
-                    raise MachineError(f"the arm at {self._url} is busy with another's cast; try again later")
+            reply = self._replies.get(request.number)
+            if reply is not None and reply.state in ("ready", "done", "refused"):
+                return reply
+            if reply is not None and reply.state == "busy" and self._clock.now() - begun > BUSY_PATIENCE:
+                raise MachineError(f"the arm at {self._url} is busy with another's cast; try again later")
             if self._clock.now() - self._heard_at > PATIENCE:
                 raise MachineError(self._silence(request))
 
@@ -189,9 +191,10 @@ class RemoteArm:
 
     def _hear_reply(self, data: bytes) -> None:
         try:
-            self._reply = StageReply.decode(data)
+            reply = StageReply.decode(data)
         except ValueError:
             return
+        self._replies[reply.number] = reply
         self._heard_at = self._clock.now()
 
     def _hear_status(self, data: bytes) -> None:

@@ -39,7 +39,7 @@ SILENCE = 0.020
 """Without a command in time, after which the arm holds its position [s]."""
 
 EXTRA_PERIODS = 1
-"""By how much more than the control loop bears for long a command may be late, now and then: an older torque would be held instead."""
+"""By which a command may now and then be later than the control loop bears for long: else an older one would be held."""
 
 ROUNDING = 1 + 1e-9
 """By how much a torque may exceed its limit: a controller that saturates comes out a rounding above it."""
@@ -88,10 +88,11 @@ class ArmLimits:
     def left_by(self, q: Array, v: Array) -> str:
         """Return which limit an arm in this state has left, such as `joint 4 speed`, or nothing."""
         checks = (
-            ("position", (q < self.lower) | (q > self.upper)),
-            ("speed", motor_utilization(v, self.velocity) > 1),
+            ("encoder", np.isfinite(q) & np.isfinite(v)),
+            ("position", (q >= self.lower) & (q <= self.upper)),
+            ("speed", motor_utilization(v, self.velocity) <= 1),
         )
-        return next((f"joint {i + 1} {what}" for what, over in checks for i in np.flatnonzero(over)), "")
+        return next((f"joint {i + 1} {what}" for what, within in checks for i in np.flatnonzero(~within)), "")
 
 
 @dataclass(frozen=True)
@@ -101,8 +102,8 @@ class Refusal:
     Attributes
     ----------
     kind
-        In a word: `broken`, `not finite`, `beyond limits`, `not where the arm is`, `repeated or reordered`, `stale`, `of the future`,
-        `brakes closed`, `stopped`.
+        In a word: `broken`, `not finite`, `beyond limits`, `not where the arm is`, `repeated or reordered`, `stale`, `of the
+        future`, `brakes closed`, `stopped`.
     detail
         What it was, and what is allowed.
     """
@@ -122,8 +123,8 @@ class Refusal:
 class ArmSafety:
     """Decides about each command, and what the arm does.
 
-    It knows no clock and no wire: all that it depends on is told to it. One sample of the arm is some calls of `receive`, and then one
-    of `decide`.
+    It knows no clock and no wire: all that it depends on is told to it. One sample of the arm is some calls of `receive`, and
+    then one of `decide`.
 
     Parameters
     ----------
@@ -132,8 +133,8 @@ class ArmSafety:
     period
         Between two samples [s].
     max_delay
-        Periods that a command may be late and still be in time: what the control loop bears for long. Commands that are later by more
-        than `EXTRA_PERIODS` are stale.
+        Periods that a command may be late and still be in time: what the control loop bears for long. Commands that are later by
+        more than `EXTRA_PERIODS` are stale.
 
     Attributes
     ----------
@@ -153,7 +154,7 @@ class ArmSafety:
         self.reset()
 
     def reset(self) -> None:
-        """Close the brakes and forget what was stopped, for a new motion; what was obeyed before stays too old to be obeyed again."""
+        """Close the brakes and forget why it stopped, for a new motion. Commands from before stay too old."""
         self.mode = SafetyMode.LOCKED
         self.stop_reason = ""
         self.refused: Counter[str] = Counter()
@@ -163,7 +164,7 @@ class ArmSafety:
         self._told_to_stay = False
 
     def receive(self, data: bytes, utime: int, q: Array) -> Refusal | None:
-        """Take in the bytes of a command, at the arm's clock `utime` [us] and where its joints are, `q` [rad]; return why not, if so."""
+        """Take in the bytes of a command, at the arm's clock `utime` [us] with its joints at `q` [rad]; return what is wrong."""
         try:
             command = decode_command(data)
         except MessageError as error:
@@ -185,7 +186,9 @@ class ArmSafety:
             last = self._last_utime
             return Refusal(REPEATED, f"it answers sample {command.utime} us, after the one of {last} us")
         if command.utime > utime:
-            return Refusal("of the future", f"it answers sample {command.utime} us, and the arm's clock is at {utime} us")
+            return Refusal(
+                "of the future", f"it answers sample {command.utime} us, and the arm's clock is at {utime} us"
+            )
         age, oldest = self._periods(utime - command.utime), self._max_delay + EXTRA_PERIODS
         if age > oldest:
             ms = 1e3 * self._period
@@ -201,7 +204,9 @@ class ArmSafety:
         if beyond.any():
             i = int(np.flatnonzero(beyond)[0])
             low, high = self.limits.lower[i], self.limits.upper[i]
-            return Refusal("beyond limits", f"joint {i + 1} is to go to {position[i]:.4g} rad; {low:.3g} to {high:.3g} rad")
+            return Refusal(
+                "beyond limits", f"joint {i + 1} is to go to {position[i]:.4g} rad; {low:.3g} to {high:.3g} rad"
+            )
         off = np.abs(position - q)
         if off.max() > AT_REST and self.mode is not SafetyMode.OBEYING:
             i = int(off.argmax())
@@ -219,10 +224,13 @@ class ArmSafety:
             told, limit = command.torque[i], self.limits.torque[i]
             return Refusal(
                 "beyond limits",
-                f"joint {i + 1} is to give {told:.4g} N m, {100 * utilization[i]:.0f} % of its motors' limit ({limit:.4g} N m alone)",
+                f"joint {i + 1} is to give {told:.4g} N m, {100 * utilization[i]:.0f} % of its motors' limit ({limit:.4g} N m "
+                "alone)",
             )
         if self.mode is SafetyMode.LOCKED:
-            return Refusal("brakes closed", f"a torque before {OPENING_COMMANDS} commands in a row to stay where the arm is")
+            return Refusal(
+                "brakes closed", f"a torque before {OPENING_COMMANDS} commands in a row to stay where the arm is"
+            )
         return None
 
     def _obey(self, command: Command, utime: int) -> None:

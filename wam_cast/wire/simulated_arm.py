@@ -37,7 +37,7 @@ LISTENING = 0.1
 
 
 def stable_delay(robot: Scenario, belief: Scenario) -> int:
-    """Return by how many periods, beyond those of `controller.delay`, commands may be late for long before the control loop is unstable.
+    """Return how many periods, beyond those of `controller.delay`, commands may be late with the control loop still stable.
 
     Raises `.InputError` if it is unstable as it is.
     """
@@ -65,8 +65,8 @@ class SimulatedArm:
     on_refusal
         Called with each command that is refused.
     on_outcome
-        Called with each cast that was asked for, its outcome, and what was counted meanwhile: `refused` commands by their kind; in real
-        time the `n_ticks`, how many were `n_missed`, and by how much at most, `worst_lateness` [s].
+        Called with each cast that was asked for, its outcome, and what was counted meanwhile: `refused` commands by their kind;
+        in real time the `n_ticks`, how many were `n_missed`, and by how much at most, `worst_lateness` [s].
 
     Attributes
     ----------
@@ -97,8 +97,8 @@ class SimulatedArm:
         period, max_delay = scenario.controller.period, stable_delay(scenario, self._belief)
         if is_real_time and max_delay < 1:
             raise InputError(
-                f"controller.delay = {scenario.controller.delay}: in real time a command acts a period later besides, with which the "
-                "control loop is unstable; choose a lower delay, a shorter period or lower gains, or lock step"
+                f"controller.delay = {scenario.controller.delay}: in real time a command acts a period later besides, with which "
+                "the control loop is unstable; choose a lower delay, a shorter period or lower gains, or lock step"
             )
         arm = CastStation(scenario, has_scene=False, has_ball=False)
         self.safety = ArmSafety(ArmLimits.of(arm.plant, arm.motors), period, max_delay)

@@ -1,7 +1,7 @@
 """What no arm knows: where the cup is put, that a cast is to be made, and what became of the ball; asked and answered as JSON.
 
-With a simulated arm its own process answers; with a real one, whoever puts the cup there and looks where the ball went. A question is
-repeated until it is answered, and has a number, so that no message that is lost or doubled matters.
+With a simulated arm its own process answers; with a real one, whoever puts the cup there and looks where the ball went. A
+question is repeated until it is answered, and has a number, so that no message that is lost or doubled matters.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ class StageRequest:
     robot
         Which run of the arm's process is asked, empty in the first question: one that was restarted shall not begin a cast anew.
     cast, cup, noise_seed
-        What is to be cast, none if it is only asked who is there; the world (x, y) [m] of the cup's axis, none without a cup; what draws the
-        scenario's noise.
+        What is to be cast, none if it is only asked who is there; the world (x, y) [m] of the cup's axis, none without a cup;
+        what draws the scenario's noise.
     """
 
     number: str
@@ -141,15 +141,19 @@ def outcome_of(record: Mapping[str, Any]) -> Outcome:
 
 def stopped_outcome(reason: str, end_time: float) -> Outcome:
     """Return the outcome of a cast that the arm's side stopped at a time [s]; of what became of the ball it says nothing."""
-    nothing = dict.fromkeys(("landing_along", "landing_across", "crossing_time", "entry_angle", "slack", "miss"), math.nan)
-    arrays = {name: np.full(n, math.nan) for name, n in ARRAYS.items()}
+    numbers = (
+        "landing_along",
+        "landing_across",
+        "crossing_time",
+        "entry_angle",
+        "slack",
+        "miss",
+        "peak_tracking_error",
+    )
+    nothing: dict[str, Any] = {
+        **dict.fromkeys(numbers, math.nan),
+        **{name: np.full(n, math.nan) for name, n in ARRAYS.items()},
+    }
     return Outcome(
-        status=Status.STOPPED,
-        is_slack=False,
-        peak_tracking_error=math.nan,
-        limits_hit=(),
-        end_time=end_time,
-        stop_reason=reason,
-        **nothing,
-        **arrays,
+        status=Status.STOPPED, is_slack=False, limits_hit=(), end_time=end_time, stop_reason=reason, **nothing
     )

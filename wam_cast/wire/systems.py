@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from drake import lcmt_panda_command, lcmt_panda_status
 from pydrake.common.value import AbstractValue
@@ -50,9 +52,8 @@ class CommandSender(PythonSystem):
         self._status = self.DeclareAbstractInputPort("status", AbstractValue.Make(lcmt_panda_status()))
         self._torque = self.DeclareVectorInputPort("torque", N_ARM)
         tickets = {self._status.ticket(), self._torque.ticket()}
-        self.DeclareAbstractOutputPort(
-            "command", lambda: AbstractValue.Make(lcmt_panda_command()), self._calc_command, tickets
-        )
+        calc: Any = self._calc_command  # the stubs want a function of any two objects
+        self.DeclareAbstractOutputPort("command", lambda: AbstractValue.Make(lcmt_panda_command()), calc, tickets)
 
     def _calc_command(self, context: Context, output: AbstractValue) -> None:
         status = status_of(evaluate(self._status, context))

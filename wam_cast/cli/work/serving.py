@@ -32,8 +32,7 @@ def robot(
         str, typer.Option(metavar="URL", help="LCM's address to listen at; ttl=0 stays on this machine.")
     ] = DEFAULT_URL,
     real_time: Annotated[
-        bool,
-        typer.Option("--real-time", metavar="", help="By the clock, at the control rate. Default: in lock step."),
+        bool, typer.Option("--real-time", metavar="", help="By the clock, at the control rate. Default: in lock step.")
     ] = False,
     casts: Annotated[int | None, typer.Option(min=1, help="End after so many casts. Default: never.")] = None,
     as_json: options.AsJson = False,
@@ -41,8 +40,8 @@ def robot(
     """Simulate an arm that `wam-cast throw --robot URL` casts with from another process, until interrupted.
 
     In lock step it waits for each command, and a cast is what it is in one process, to the last bit. In real time a torque acts a
-    control period later, and without a command in time the arm holds its position and stops. It says which commands it refuses. With
-    --json there is a line of JSON where it listens, and one for each cast.
+    control period later, and without a command in time the arm holds its position and stops. It says which commands it refuses.
+    With --json there is a line of JSON where it listens, and one for each cast.
     """
     from wam_cast.wire.bus import LcmBus
     from wam_cast.wire.simulated_arm import SimulatedArm
@@ -66,12 +65,7 @@ def robot(
 
     with progress("setting up"):
         arm = SimulatedArm(
-            LcmBus(url),
-            setting,
-            believed,
-            is_real_time=real_time,
-            on_refusal=tell_refusal,
-            on_outcome=tell_outcome,
+            LcmBus(url), setting, believed, is_real_time=real_time, on_refusal=tell_refusal, on_outcome=tell_outcome
         )
     mode = "real time" if real_time else "lock step"
     if as_json:

@@ -82,7 +82,7 @@ def check_remote(url: str, belief: Path | None, files: ThrowFiles) -> None:
     check_url(url)
     if belief is not None:
         raise InputError(
-            "--belief: the robot is at --robot, whose own scenario it is; leave --belief out, and give what it is believed to be as --scenario"
+            "--belief: what the robot is its own side knows; leave --belief out, and name what it is believed to be with --scenario"
         )
     if any(files):
         raise InputError(

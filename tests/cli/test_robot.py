@@ -34,7 +34,7 @@ def network(monkeypatch):
         ((*CAST, "--robot", URL, "--replay", "cast.html"), ["--replay", "leave them out"]),
         (("robot", "--url", "memq://"), ["'memq://'", "udpm://GROUP:PORT"]),
         (("robot", "--scenario", "missing.yaml"), ["missing.yaml", "name a readable YAML file"]),
-        (("robot", "--casts", "0"), ["--casts", "0"]),
+        (("robot", "--casts", "0"), ["--casts", "greater than or equal to 1"]),
     ],
 )
 def test_wrong_input_gets_one_line(cli, words, parts):

@@ -7,11 +7,10 @@ from wam_cast.errors import InputError, MachineError
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.outcome import Status
 from wam_cast.simulation.simulator import simulate_cast
-from wam_cast.wire import simulated_arm
 from wam_cast.wire.memory_network import MemoryNetwork
 from wam_cast.wire.messages import lcmt_panda_command
 from wam_cast.wire.remote_arm import RemoteArm
-from wam_cast.wire.stage import REQUEST_CHANNEL, StageRequest, outcome_record
+from wam_cast.wire.stage import REQUEST_CHANNEL, StageReply, StageRequest, outcome_record
 
 SHORT_CAST = Cast(distance=0.20, speed=0.80, wait=0.0)
 
@@ -35,6 +34,7 @@ def test_over_a_link_that_loses_and_doubles_it_is_the_cast_of_one_process_bit_fo
     assert set(lock_step.controller.service["refused"]) == {"repeated or reordered"}
 
 
+@pytest.mark.slow
 def test_with_noise_encoders_and_delay_it_is_still_the_same(make_wire):
     noise = {"distance": 0.01, "torque": 0.01, "encoder_counts": 4096, "swing": 0.01}
     scenario = Scenario.from_dict({"noise": noise, "controller": {"delay": 1}, "arm": {"encoder_offset": 0.005}})
@@ -105,7 +105,7 @@ def test_an_arm_that_was_restarted_does_not_begin_the_cast_anew(lock_step):
     stranger.publish(REQUEST_CHANNEL, StageRequest("7", "the arm before", SHORT_CAST).encode())
     stranger.publish(REQUEST_CHANNEL, b"nonsense")
     lock_step.network.sleep_until(lock_step.network.now())
-    (reply,) = (simulated_arm.StageReply.decode(data) for data in replies)
+    (reply,) = (StageReply.decode(data) for data in replies)
     assert (reply.state, reply.detail) == ("refused", "the arm's process was restarted meanwhile; cast again")
     assert not lock_step.arm.work()
     assert lock_step.arm.n_casts == n_before

@@ -6,9 +6,10 @@ is that of one process, bit for bit.
 
 from __future__ import annotations
 
+import time
 from collections import deque
 from collections.abc import Callable
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from wam_cast.robot.motors import saturate
 from wam_cast.robot.plant import N_ARM
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array
-from wam_cast.wire.bus import Bus, Clock
+from wam_cast.wire.bus import Bus, Clock, WallClock
 from wam_cast.wire.messages import (
     COMMAND_CHANNEL,
     STATUS_CHANNEL,
@@ -90,6 +91,11 @@ def hold_torque(arm: MeasuredArm, q_hold: Array, limits: Array) -> Array:
     return saturate(arm.plant.CalcMassMatrix(arm.context) @ acceleration + arm.holding_torque, limits)
 
 
+def _first_utime(clock: Clock) -> int:
+    """Return where the arm's clock begins [us]: on the machine's own, later than any that it said before it was restarted."""
+    return time.time_ns() // 1000 if isinstance(clock, WallClock) else to_microseconds(clock.now())
+
+
 class _Port:
     """What both kinds have in common: commands come in, statuses go out, the state machine in between decides."""
 
@@ -117,6 +123,10 @@ class _Port:
                 self._on_refusal(verdicts[-1])
         return verdicts
 
+    def counted(self) -> dict[str, Any]:
+        """Return how many commands were refused since the last reset of `safety`, by their kind."""
+        return {"refused": dict(self.safety.refused)}
+
     def _send_status(self, utime: int, time: float, q: Array, v: Array) -> None:
         self.time = time
         rate = sum(self._in_time) / len(self._in_time) if self._in_time else 1.0
@@ -139,11 +149,11 @@ class LockStepPort(_Port):
         clock: Clock,
         safety: ArmSafety,
         period: float,
-        on_refusal: Callable[[Refusal], None],
-        start_utime: int = 0,
+        on_refusal: Callable[[Refusal], None] = lambda _: None,
     ) -> None:
         super().__init__(bus, safety, on_refusal)
-        self._clock, self._period, self._utime = clock, to_microseconds(period), start_utime
+        self._clock, self._period = clock, to_microseconds(period)
+        self._utime = _first_utime(clock)
 
     def open(self, q: Array) -> None:
         """Open the brakes of an arm at `q` [rad]. Raises `ArmStoppedError` if they stay closed."""
@@ -208,11 +218,10 @@ class RealTimePort(_Port):
         clock: Clock,
         safety: ArmSafety,
         period: float,
-        on_refusal: Callable[[Refusal], None],
-        start_utime: int = 0,
+        on_refusal: Callable[[Refusal], None] = lambda _: None,
     ) -> None:
         super().__init__(bus, safety, on_refusal)
-        self._clock, self._period, self._start_utime = clock, period, start_utime
+        self._clock, self._period, self._start_utime = clock, period, _first_utime(clock)
         self._n = 0
         self._deadline = self._clock.now()
         self._stopped_since: int | None = None
@@ -262,6 +271,11 @@ class RealTimePort(_Port):
         self._bus.handle()
         self._in_time.append(None in self._receive(self._utime, q))
         return self.safety.decide(self._utime, q, v)
+
+    def counted(self) -> dict[str, Any]:
+        """Return what every port counts, and the ticks: how many, how many were late, and by how much [s]."""
+        late = {"n_ticks": self.n_ticks, "n_missed": self.n_missed, "worst_lateness": self.worst_lateness}
+        return {**super().counted(), **late}
 
     @property
     def _utime(self) -> int:

@@ -16,7 +16,7 @@ import numpy as np
 
 from wam_cast.cast import Cast
 from wam_cast.simulation.outcome import Outcome, Status
-from wam_cast.types import Position
+from wam_cast.types import Array, Position
 
 REQUEST_CHANNEL, REPLY_CHANNEL = "WAM_STAGE_REQUEST", "WAM_STAGE_REPLY"
 
@@ -139,8 +139,8 @@ def outcome_of(record: Mapping[str, Any]) -> Outcome:
     return Outcome(**values)
 
 
-def stopped_outcome(reason: str, end_time: float) -> Outcome:
-    """Return the outcome of a cast that the arm's side stopped at a time [s]; of what became of the ball it says nothing."""
+def seen_outcome(status: Status, landing: Array, **known: Any) -> Outcome:
+    """Return the outcome of a cast that was watched: its status, the landing [m], (2,), and what else is known; the rest is nan."""
     numbers = (
         "landing_along",
         "landing_across",
@@ -150,10 +150,13 @@ def stopped_outcome(reason: str, end_time: float) -> Outcome:
         "miss",
         "peak_tracking_error",
     )
-    nothing: dict[str, Any] = {
-        **dict.fromkeys(numbers, math.nan),
+    unknown: dict[str, Any] = {
+        **dict.fromkeys((*numbers, "end_time"), math.nan),
         **{name: np.full(n, math.nan) for name, n in ARRAYS.items()},
     }
-    return Outcome(
-        status=Status.STOPPED, is_slack=False, limits_hit=(), end_time=end_time, stop_reason=reason, **nothing
-    )
+    return Outcome(**{**unknown, "is_slack": False, "limits_hit": (), **known, "status": status, "landing": landing})
+
+
+def stopped_outcome(reason: str, end_time: float) -> Outcome:
+    """Return the outcome of a cast that the arm's side stopped at a time [s]; of what became of the ball it says nothing."""
+    return seen_outcome(Status.STOPPED, np.full(2, math.nan), end_time=end_time, stop_reason=reason)

@@ -28,8 +28,24 @@ class Wire:
             clock=self.network,
             is_real_time=self.is_real_time,
             on_refusal=self.refusals.append,
+            on_outcome=lambda *_: self.mend(),
         )
         self.controller = RemoteArm(self.scenario, self.network.join(), clock=self.network)
+
+    def mend(self):
+        """Make the link perfect, as it is again after each cast: else nobody would hear what came of it."""
+        self.link.delay = self.link.jitter = self.link.loss = self.link.doubling = 0.0
+
+    def fail_at(self, time, **values):
+        """Let the link be as bad as this from a time of the next cast on."""
+        arrivals = LossyLink.arrivals.__get__(self.link)
+
+        def failing(sent):
+            if self.arm.port.time > time and self.arm.port.is_open:
+                vars(self.link).update(values)
+            return arrivals(sent)
+
+        self.link.arrivals = failing
 
 
 @pytest.fixture
@@ -53,5 +69,6 @@ def perfect_links(request):
     yield
     for name in {"lock_step", "in_real_time"} & set(request.fixturenames):
         wire = request.getfixturevalue(name)
-        wire.link.delay = wire.link.jitter = wire.link.loss = wire.link.doubling = 0.0
+        wire.mend()
+        vars(wire.link).pop("arrivals", None)
         wire.refusals.clear()

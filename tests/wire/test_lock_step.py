@@ -44,7 +44,7 @@ def test_with_noise_encoders_and_delay_it_is_still_the_same(make_wire):
 
 
 def test_commands_that_are_lost_for_good_end_the_cast_in_one_line(lock_step):
-    lock_step.link.loss = 1.0
+    lock_step.fail_at(0.02, loss=1.0)
     before = lock_step.network.now()
     outcome = lock_step.controller.cast(SHORT_CAST)
     assert (outcome.status, outcome.stop_reason) == (Status.STOPPED, "no command for 5 s")

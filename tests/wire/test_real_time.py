@@ -9,7 +9,6 @@ from wam_cast.robot.plant import N_ARM
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.outcome import Status
 from wam_cast.simulation.simulator import simulate_cast
-from wam_cast.wire.lossy_link import LossyLink
 from wam_cast.wire.memory_network import MemoryNetwork
 from wam_cast.wire.simulated_arm import SimulatedArm, stable_delay
 
@@ -53,21 +52,12 @@ def test_eight_ms_are_refused_before_anything_moves(in_real_time):
     assert len(log.times) == 1  # where it began
 
 
-@pytest.mark.parametrize("failure", ["silent", "4 ms", pytest.param("8 ms", marks=pytest.mark.slow)])
-def test_a_link_that_fails_amid_a_cast_stops_the_arm_where_it_is(in_real_time, monkeypatch, failure):
-    link, arrivals = in_real_time.link, LossyLink.arrivals.__get__(in_real_time.link)
-
-    def failing(sent):
-        if in_real_time.arm.port.time > 0.15:
-            link.delay, link.loss = {"silent": (0.0, 1.0), "8 ms": (0.008, 0.0), "4 ms": (0.004, 0.0)}[failure]
-        return arrivals(sent)
-
-    monkeypatch.setattr(link, "arrivals", failing)
+@pytest.mark.parametrize("failure", [{"loss": 1.0}, {"delay": 0.004}, {"delay": 0.008}], ids=str)
+def test_a_link_that_fails_amid_a_cast_stops_the_arm_where_it_is(in_real_time, failure):
+    in_real_time.fail_at(0.15, **failure)
     outcome = in_real_time.controller.cast(SHORT_CAST)
     assert outcome.status is Status.STOPPED
-    assert outcome.stop_reason.startswith(
-        "no command in time for 20 ms" if failure != "4 ms" else ("no command in time for 20 ms", "the arm left")
-    )
+    assert outcome.stop_reason.startswith("no command in time for 20 ms")
     log = in_real_time.arm.one_pass.log()
     n_q = log.states.shape[1] // 2
     q, v = log.states[:, :N_ARM], log.states[:, n_q : n_q + N_ARM]

@@ -22,7 +22,9 @@ Handler = Callable[[bytes], None]
 
 @runtime_checkable
 class Bus(Protocol):
-    """Carries bytes on named channels to all who listen; some may be lost."""
+    """Carries bytes on named channels to all who listen; some may be lost. Its `url` is its address."""
+
+    url: str
 
     def publish(self, channel: str, data: bytes) -> None:
         """Send bytes to all others on a channel."""

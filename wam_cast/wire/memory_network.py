@@ -14,9 +14,6 @@ from itertools import count
 from wam_cast.wire.bus import Handler
 from wam_cast.wire.lossy_link import LossyLink
 
-LOSSLESS = ("WAM_STAGE_REQUEST", "WAM_STAGE_REPLY")
-"""Channels of what is asked for and answered again and again anyway."""
-
 
 class MemoryNetwork:
     """Joins any number of sides. It is a `.Clock` too: time passes when somebody waits.
@@ -57,7 +54,7 @@ class MemoryNetwork:
             handler = side.handlers.get(channel)
             if handler is None or side is sender:
                 continue
-            for arrival in [self._now] if channel in LOSSLESS else self._link.arrivals(self._now):
+            for arrival in self._link.arrivals(self._now):
                 heapq.heappush(self._under_way, (arrival, next(self._numbers), handler, data))
 
     def wait(self, waiting: MemoryBus, timeout: float) -> None:

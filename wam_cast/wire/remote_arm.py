@@ -32,7 +32,6 @@ from wam_cast.wire.messages import (
     RobotMode,
     command_message,
     decode_status,
-    status_message,
 )
 from wam_cast.wire.stage import REPLY_CHANNEL, REQUEST_CHANNEL, StageReply, StageRequest, outcome_of
 from wam_cast.wire.systems import CommandSender, StatusReceiver
@@ -109,7 +108,6 @@ class RemoteArm:
         self._scenario = scenario
         self._bus: Bus = LcmBus(DEFAULT_URL) if bus is None else bus
         self._clock = WallClock() if clock is None else clock
-        self._url = getattr(self._bus, "url", "")
         self._law = CommandLaw(scenario)
         self._is_casting, self._last = False, -1
         self._status: ArmStatus | None = None
@@ -143,13 +141,13 @@ class RemoteArm:
         finally:
             self._is_casting = False
         if reply.state == "refused":
-            raise InputError(f"the arm at {self._url} refuses the cast: {reply.detail}")
+            raise InputError(f"the arm at {self._bus.url} refuses the cast: {reply.detail}")
         self.service = reply.service or {}
         try:
             return outcome_of(reply.outcome or {})
         except (ValueError, TypeError, AttributeError) as error:
             raise MachineError(
-                f"the arm at {self._url} answers with {error}; run the same version on both sides"
+                f"the arm at {self._bus.url} answers with {error}; run the same version on both sides"
             ) from None
 
     def _greet(self) -> StageReply:
@@ -158,7 +156,7 @@ class RemoteArm:
         period = self._scenario.controller.period
         if reply.period != period:
             raise InputError(
-                f"controller.period = {period:g} s, and the arm at {self._url} is sampled every {reply.period:g} s; "
+                f"controller.period = {period:g} s, and the arm at {self._bus.url} is sampled every {reply.period:g} s; "
                 "give both sides the same scenario"
             )
         return reply
@@ -177,17 +175,17 @@ class RemoteArm:
             if reply is not None and reply.state in ("ready", "done", "refused"):
                 return reply
             if reply is not None and reply.state == "busy" and self._clock.now() - begun > BUSY_PATIENCE:
-                raise MachineError(f"the arm at {self._url} is busy with another's cast; try again later")
+                raise MachineError(f"the arm at {self._bus.url} is busy with another's cast; try again later")
             if self._clock.now() - self._heard_at > PATIENCE:
                 raise MachineError(self._silence(request))
 
     def _silence(self, request: StageRequest) -> str:
         if request.cast is None:
             return (
-                f"nobody answers at {self._url} within {PATIENCE:g} s; start an arm with `wam-cast robot`, with the same --url, "
-                "on this machine or, with ttl=1 in the address, in this network"
+                f"nobody answers at {self._bus.url} within {PATIENCE:g} s; start an arm with `wam-cast robot`, with the "
+                "same --url, on this machine or, with ttl=1 in the address, in this network"
             )
-        return f"the arm at {self._url} fell silent amid the cast, for {PATIENCE:g} s; look at its side, and cast again"
+        return f"the arm at {self._bus.url} fell silent amid the cast, for {PATIENCE:g} s; look at its side, and cast again"
 
     def _hear_reply(self, data: bytes) -> None:
         try:
@@ -207,7 +205,7 @@ class RemoteArm:
         if not self._is_casting or status.robot_mode is RobotMode.REFLEX:
             return
         self._status = status
-        self._bus.publish(COMMAND_CHANNEL, self._law.command(status_message(status)).encode())
+        self._bus.publish(COMMAND_CHANNEL, self._law.command(lcmt_panda_status.decode(data)).encode())
 
     def _have_it_stay(self) -> None:
         """Tell the arm to stay where it is, in answer to its last status."""

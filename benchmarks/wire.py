@@ -43,7 +43,17 @@ LINKS = (
 )
 """What is tried; a link is perfect but for that."""
 
-HEADINGS = ("delay\n[ms]", "jitter\n[ms]", "loss\n[%]", "doubled\n[%]", "caught", "missed", "not\nbegun", "stopped")
+HEADINGS = (
+    "delay\n[ms]",
+    "jitter\n[ms]",
+    "loss\n[%]",
+    "doubled\n[%]",
+    "caught",
+    "missed",
+    "limit\nhit",
+    "not\nbegun",
+    "stopped",
+)
 MORE_HEADINGS = ("miss [mm]\nmedian, max", "travel\n[rad]")
 
 
@@ -81,9 +91,8 @@ def over_links(plans: Sequence[Plan]) -> None:
         rows.append((*_link_cells(link), *_cells(outcomes), f"{max(travels):.3f}"))
         err.print(", ".join(rows[-1]))
     print_table(rows, (*HEADINGS, *MORE_HEADINGS))
-    out.print(
-        "not begun: the brakes stayed closed; travel: of a joint between the decision to stop and the end, at most"
-    )
+    out.print("limit hit: such as a motor's torque; not begun: the brakes stayed closed;")
+    out.print("travel: of a joint between the decision to stop and the end, at most")
 
 
 def travel_after_stop(arm: SimulatedArm) -> float:
@@ -98,12 +107,13 @@ def _link_cells(link: LossyLink) -> tuple[str, ...]:
 
 
 def _cells(outcomes: Sequence[Outcome]) -> tuple[str, ...]:
-    """Return how many were caught, missed, not begun and stopped on their way, and the misses of those that landed."""
+    """Return how many were caught, missed, met a limit, were not begun and stopped, and the misses of those that landed."""
     stopped = [one for one in outcomes if one.status is Status.STOPPED]
     not_begun = [one for one in stopped if one.end_time == 0]
-    caught = sum(one.is_caught for one in outcomes)
+    caught, limit_hit = (sum(one.status is what for one in outcomes) for what in (Status.CAUGHT, Status.LIMIT_HIT))
+    missed = len(outcomes) - caught - limit_hit - len(stopped)
     misses = [1e3 * one.miss for one in outcomes if np.isfinite(one.miss)]
-    counts = (caught, len(outcomes) - caught - len(stopped), len(not_begun), len(stopped) - len(not_begun))
+    counts = (caught, missed, limit_hit, len(not_begun), len(stopped) - len(not_begun))
     return (*map(str, counts), f"{np.median(misses):.2f}, {max(misses):.2f}" if misses else "-")
 
 
@@ -122,13 +132,14 @@ def between_processes(plans: Sequence[Plan]) -> None:
                 told.append(json.loads(process.stdout.readline()))
         finally:
             process.terminate()
-    caught, missed, not_begun, stopped, misses = _cells(outcomes)
+    caught, missed, limit_hit, not_begun, stopped, misses = _cells(outcomes)
     refused = sum((Counter(one["refused"]) for one in told), Counter())
     n_missed, n_ticks = (sum(one[name] for one in told) for name in ("n_missed", "n_ticks"))
     rows = [
         ("casts", str(len(plans))),
         ("caught", caught),
         ("missed", missed),
+        ("met a limit of the arm, such as a motor's torque", limit_hit),
         ("not begun: the brakes stayed closed", not_begun),
         ("stopped on their way", stopped),
         ("miss [mm]: median, max", misses),

@@ -45,6 +45,9 @@ REPEAT = 0.1
 PATIENCE = 5.0
 """After which the arm in lock step no longer waits for a command [s]."""
 
+PAUSE = 1.0
+"""By which the arm's clock goes on before each motion [s], so that all that was said of the one before is stale."""
+
 RATE_SAMPLES = 100
 """Over which the success rate of a status counts."""
 
@@ -107,8 +110,13 @@ class _Port:
         self._torque = np.zeros(N_ARM)
         bus.subscribe(COMMAND_CHANNEL, self._commands.append)
 
+    def close(self) -> None:
+        """Give no more torques: the motion is over."""
+        self.is_open = False
+
     def _begin(self) -> None:
-        """Forget the motion before."""
+        """Close the brakes and forget the motion before."""
+        self.safety.reset()
         self._bus.handle()
         self._commands.clear()
         self._in_time.clear()
@@ -156,8 +164,9 @@ class LockStepPort(_Port):
         self._utime = _first_utime(clock)
 
     def open(self, q: Array) -> None:
-        """Open the brakes of an arm at `q` [rad]. Raises `ArmStoppedError` if they stay closed."""
+        """Open the brakes of an arm at `q` [rad], for a new motion. Raises `ArmStoppedError` if they stay closed."""
         self._begin()
+        self._utime += to_microseconds(PAUSE)
         while self.safety.mode is SafetyMode.LOCKED:
             self._answered(0.0, q, np.zeros(N_ARM))
         self.is_open = True
@@ -230,8 +239,12 @@ class RealTimePort(_Port):
         self.worst_lateness = 0.0
 
     def open(self, q: Array) -> None:
-        """Open the brakes of an arm at `q` [rad], and wait for a torque. Raises `ArmStoppedError` if they stay closed."""
+        """Open the brakes of an arm at `q` [rad], for a new motion, and wait for the first torque of it.
+
+        Raises `ArmStoppedError` if they stay closed.
+        """
         self._begin()
+        self._n += round(PAUSE / self._period)
         self._stopped_since, self._deadline = None, self._clock.now()
         self.n_ticks, self.n_missed, self.worst_lateness = 0, 0, 0.0
         for _ in range(round(OPENING_TIMEOUT / self._period)):

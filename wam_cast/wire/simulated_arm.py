@@ -104,7 +104,6 @@ class SimulatedArm(ArmService):
 
     def make(self, cast: Cast, cup: Position | None, noise_seed: int) -> tuple[Outcome, dict[str, Any]]:
         """Simulate a cast, and return its outcome and what was counted meanwhile."""
-        self.safety.reset()
         try:
             if isinstance(self.port, RealTimePort):
                 outcome = self.one_pass.simulate(cast, cup, noise_seed)
@@ -114,5 +113,5 @@ class SimulatedArm(ArmService):
         except ArmStoppedError:
             outcome = stopped_outcome(self.safety.stop_reason, self.port.time)
         finally:
-            self.port.is_open = False
+            self.port.close()
         return outcome, self.port.counted()

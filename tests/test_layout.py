@@ -28,6 +28,7 @@ BELOW = {
     "motion": ("base",),
     "robot": ("base", "motion"),
     "simulation": ("base", "motion", "robot"),
+    "wire": ("base", "motion", "robot", "simulation"),
     "batch": ("base", "motion", "storage"),
     "generation": ("base", "parallel", "storage", "motion", "simulation", "batch"),
     "planning": ("base", "parallel"),
@@ -51,7 +52,7 @@ BELOW = {
     ),
     "cli": (
         *("base", "parallel", "storage", "motion", "robot", "simulation", "generation"),
-        *("planning", "learning", "adaptation", "crosscheck", "visualization", "experiments"),
+        *("wire", "planning", "learning", "adaptation", "crosscheck", "visualization", "experiments"),
     ),
 }
 """What each folder may import besides itself; the modules that lie in none are the base."""

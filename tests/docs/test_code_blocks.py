@@ -60,6 +60,8 @@ ELSEWHERE = {
     r"pip install -e '\.\[batch\]'": ("pyproject.toml", "batch = ["),
     r"pip install -e '\.\[distributed\]'": ("pyproject.toml", "distributed = ["),
     r"wam-cast show": ("tests/cli/test_explorer.py", 'start("show"'),
+    r"wam-cast robot .*": ("tests/wire/test_processes.py", 'start("robot"'),
+    r"wam-cast throw .*--robot \S+": ("tests/wire/test_processes.py", '"--robot", url'),
     r"jupyter lab notebooks": ("pyproject.toml", "jupyterlab"),
     r"dask (scheduler|worker \S+)": (IN_DASK, "LocalCluster"),
     r"wam-cast generate .*--scheduler \S+": (IN_DASK, "get_executor"),

@@ -19,7 +19,12 @@ def files_of(walk):
 
 
 def test_every_walk_is_known():
-    assert set(WALKS) == {"A cast to its outcome", "A dataset to a prediction", "A cup to a verdict"}
+    assert set(WALKS) == {
+        "A cast to its outcome",
+        "A dataset to a prediction",
+        "A cup to a verdict",
+        "A cast over a wire",
+    }
 
 
 @pytest.mark.parametrize("walk", WALKS)

@@ -17,6 +17,13 @@ def test_torque_within_the_motors_is_left_alone():
     np.testing.assert_array_equal(saturate(torque, LIMITS), torque)
 
 
+def test_what_is_saturated_stays_as_it_is_to_the_last_bit():
+    # A controller on the other side of a wire saturates first, and the arm's motors again.
+    for torque in np.random.default_rng(0).normal(size=(200, 7)) * 2 * LIMITS:
+        once = saturate(torque, LIMITS)
+        assert saturate(once, LIMITS).tobytes() == once.tobytes()
+
+
 @pytest.mark.parametrize("joint", [0, 3, 6])
 @pytest.mark.parametrize("sign", [1, -1])
 def test_joint_of_its_own_is_clipped(joint, sign):

@@ -24,7 +24,8 @@ from wam_cast.cli.work.campaigning import learn
 from wam_cast.cli.work.crosschecking import crosscheck
 from wam_cast.cli.work.mapping import map_
 from wam_cast.cli.work.output_files import ThrowFiles
-from wam_cast.cli.work.throwing import execute, given_throws, make_plans
+from wam_cast.cli.work.serving import robot
+from wam_cast.cli.work.throwing import check_remote, execute, execute_remotely, given_throws, make_plans
 from wam_cast.cli.work.transferring import transfer
 from wam_cast.errors import InputError
 
@@ -59,19 +60,23 @@ def throw(
     replay: options.Replay = None,
     picture: options.FilmStrip = None,
     animation: options.Film = None,
+    robot: options.Robot = None,
     seed: options.NoiseSeed = 0,
     as_json: options.AsJson = False,
 ) -> None:
     """Plan a cast for each cup, execute them after each other in simulation, and report what became of the ball.
 
     Between two cups the arm lifts the ball out of the first, lets it hang at rest and turns to the second. With --cast nothing is
-    planned. If it is interrupted, the casts that are finished are reported, and shown by --replay.
+    planned. If it is interrupted, the casts that are finished are reported, and shown by --replay. With --robot another process has
+    the arm, and each cast starts from rest at home.
     """
     cups = [parse_cup(text) for text in cup]
     files = ThrowFiles(replay, picture, animation)
     files.check(len(cups))
+    if robot is not None:
+        check_remote(robot, belief, files)
     plans: Sequence[wc.Plan | None] = [None] * len(cups)
-    robot = None if belief is None else model_choice.load_scenario(scenario)
+    truth = None if belief is None else model_choice.load_scenario(scenario)
     if cast:
         if model is not None or train or solver is not None:
             raise InputError(
@@ -91,12 +96,15 @@ def throw(
                 outcomes.append(outcome)
                 advance(len(outcomes))
 
-            execute(robot or setting, setting, throws, plans, seed, files, note)
+            if robot is None:
+                execute(truth or setting, setting, throws, plans, seed, files, note)
+            else:
+                execute_remotely(robot, setting, throws, seed, note)
     finally:
         # What was finished is told even if the rest is interrupted.
         executed = [Executed(*one) for one in zip(throws, plans, outcomes, strict=False)]
         if executed and as_json:
-            records = [throw_record(one) for one in executed]
+            records = [throw_record(one, robot) for one in executed]
             print_json(records if len(throws) > 1 else records[0])
         elif executed:
             results.print_throws(executed)
@@ -250,6 +258,7 @@ app.command("map")(map_)
 app.command()(crosscheck)
 app.command()(learn)
 app.command()(transfer)
+app.command()(robot)
 
 
 @app.command()

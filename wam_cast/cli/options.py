@@ -33,6 +33,13 @@ GivenCasts = Annotated[
         "the cup. Needs no model. One for each --cup.",
     ),
 ]
+Robot = Annotated[
+    str | None,
+    typer.Option(
+        metavar="URL",
+        help="Where an arm listens that is to cast, such as `wam-cast robot` says; --scenario is then what it is believed to be.",
+    ),
+]
 Replay = Annotated[Path | None, typer.Option(metavar="FILE.html", help="Write a replay that opens in a browser.")]
 FilmStrip = Annotated[
     Path | None, typer.Option(metavar="FILE.png", help="Write a film strip of one cast (also .pdf, .svg).")

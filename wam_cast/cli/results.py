@@ -69,8 +69,11 @@ class Executed(NamedTuple):
     outcome: wc.Outcome
 
 
-def throw_record(executed: Executed) -> Record:
-    """Return what `throw --json` prints of a cast: what was planned, null if nothing was, and what became of it."""
+def throw_record(executed: Executed, robot: str | None = None) -> Record:
+    """Return what `throw --json` prints of a cast: what was planned, null if nothing was, and what became of it.
+
+    If it was a `robot` elsewhere that cast, its address and why it stopped, if it did, come on top.
+    """
     throw, plan, outcome = executed
     return {
         **(_unplanned_record(throw) if plan is None else plan_record(plan)),
@@ -86,6 +89,7 @@ def throw_record(executed: Executed) -> Record:
         "peak_velocity_utilization": float(outcome.peak_velocity_utilization.max()),
         "limits_hit": outcome.limits_hit,
         "return_faults": outcome.return_faults,
+        **({} if robot is None else {"robot": robot, "stop_reason": outcome.stop_reason}),
     }
 
 
@@ -136,6 +140,8 @@ def print_throws(executed: Sequence[Executed]) -> None:
         if plan is not None and plan.is_feasible and plan.rim_clear_probability < LOW_RIM_CLEAR_PROBABILITY:
             clear = 100 * plan.rim_clear_probability
             out.print(f"{cup}: enters without touching the rim in {clear:.0f} % of casts like this")
+        if outcome.stop_reason:
+            out.print(f"{cup}: the arm stopped: {outcome.stop_reason}")
         if not outcome.is_caught and i < len(executed):
             out.print(f"{cup}: missed; the next cast starts anew, from rest at home")
         if outcome.limits_hit:

@@ -22,6 +22,10 @@ for _pair in DIFFERENTIALS:
 _HAS_OWN_MOTORS = _LOADS.sum(axis=1) == 1
 
 
+ROUNDING = 1e-12
+"""By which a pair that was scaled may come out above its limit."""
+
+
 def motor_utilization(values: Array, limits: Array) -> Array:
     """Return the utilization of each joint's motors by torques [N m] or velocities [rad/s], shape (..., 7), of their limits, (7,).
 
@@ -34,10 +38,11 @@ def motor_utilization(values: Array, limits: Array) -> Array:
 def saturate(torque: Array, limits: Array) -> Array:
     """Return `torque` within what the motors give, each array [N m] of shape (7,).
 
-    Joints of their own are clipped; a differential's pair beyond its motors' limit is scaled, which keeps its direction.
+    Joints of their own are clipped; a differential's pair beyond its motors' limit is scaled, which keeps its direction. What is
+    saturated already stays as it is, to the last bit.
     """
     utilization = motor_utilization(torque, limits)
-    if np.all(utilization <= 1):
+    if np.all(utilization <= 1 + ROUNDING):
         return torque
     return np.where(_HAS_OWN_MOTORS, np.clip(torque, -limits, limits), torque / np.maximum(utilization, 1.0))
 

@@ -38,6 +38,8 @@ class Status(StrEnum):
     """A joint left its range or its velocity limit, or a motor saturated, wherever the ball went: see `Outcome.limits_hit`."""
     DIVERGED = "diverged"
     """The simulation diverged."""
+    STOPPED = "stopped"
+    """The arm's side of a wire stopped it: see `Outcome.stop_reason`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +80,8 @@ class Outcome:
     return_faults
         What went wrong after that, on the way home, where it was simulated: limits that the arm met, as in `limits_hit`, or
         `"diverged"`. They do not change the status, which is the cast's.
+    stop_reason
+        Why the arm's side of a wire stopped the cast, if it did: of what became of the ball nothing is known then.
     """
 
     status: Status
@@ -96,6 +100,7 @@ class Outcome:
     limits_hit: tuple[str, ...]
     end_time: float
     return_faults: tuple[str, ...] = ()
+    stop_reason: str = ""
 
     peak_load = renamed("peak_load", "peak_torque_utilization")
     peak_speed = renamed("peak_speed", "peak_velocity_utilization")

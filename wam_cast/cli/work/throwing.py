@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import wam_cast as wc
@@ -72,3 +73,30 @@ def execute(
     else:
         casts, cups = [throw.cast for throw in throws], [throw.cup for throw in throws]
         wc.simulate_casts(robot, casts, cups, belief=belief, noise_seed=seed, on_outcome=on_outcome)
+
+
+def check_remote(url: str, belief: Path | None, files: ThrowFiles) -> None:
+    """Raise `.InputError` if an arm elsewhere cannot do what is asked for, before anything is planned."""
+    from wam_cast.wire.bus import check_url
+
+    check_url(url)
+    if belief is not None:
+        raise InputError(
+            "--belief: what the robot is its own side knows; leave --belief out, and name what it is believed to be with --scenario"
+        )
+    if any(files):
+        raise InputError(
+            "--replay, --picture and --animation show what is simulated in this process, and --robot is another; leave them out"
+        )
+
+
+def execute_remotely(
+    url: str, belief: wc.Scenario, throws: list[wc.Throw], seed: int, on_outcome: Callable[[wc.Outcome], None]
+) -> None:
+    """Have the arm at an address execute casts, each from rest at home."""
+    from wam_cast.wire.bus import LcmBus
+    from wam_cast.wire.remote_arm import RemoteArm
+
+    arm = RemoteArm(belief, LcmBus(url))
+    for i, throw in enumerate(throws):
+        on_outcome(arm.cast(throw.cast, throw.cup, noise_seed=seed + i))

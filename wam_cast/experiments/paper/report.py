@@ -33,6 +33,7 @@ FAILURES: dict[str, str] = {
     "limit_hit": "limit of the arm hit",
     "never_crossed": "never came down",
     "diverged": "simulation diverged",
+    "stopped": "stopped by the arm",
 }
 """Kinds of failure in words."""
 

@@ -43,6 +43,7 @@ MARKERS: dict[Status, str] = {
     Status.NEVER_CROSSED: "|",
     Status.LIMIT_HIT: "P",
     Status.DIVERGED: "+",
+    Status.STOPPED: "X",
 }
 
 EDGE_ROOM, POINTS_PER_INCH = 6.0, 72.0

@@ -24,13 +24,14 @@ from matplotlib.figure import Figure
 
 import wam_cast.environments
 from wam_cast.batch.engine import simulate_batch
-from wam_cast.casting_plane import from_polar, to_polar
+from wam_cast.casting_plane import from_polar
 from wam_cast.cli.terminal import out, print_table
 from wam_cast.environments.cast_task import RADII, CastTask
 from wam_cast.generation.sampling import sample_casts
 from wam_cast.learning.dataset import CastDataset
 from wam_cast.learning.forward_model import ForwardModel
 from wam_cast.planning.plan import plan_cast
+from wam_cast.planning.reach import Reach
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.simulator import CastSimulator
 from wam_cast.types import Array, Position
@@ -116,14 +117,10 @@ def planner_curve(simulator: CastSimulator, cups: list[Position], seed: int) -> 
     curve = {}
     for n in N_TRAINING:
         model = ForwardModel.fit(CastDataset(scenario, seed, frame[:n], engine="batch"))
-        curve[n] = hits(simulator, cups, lambda cup, m=model: plan_cast(m, nearest(m, cup)).cast)
+        # A cup beyond what the model knows is cast at as near as it can be planned for.
+        reach = Reach.of(model)
+        curve[n] = hits(simulator, cups, lambda cup, m=model, r=reach: plan_cast(m, r.nearest_position(cup)).cast)
     return curve
-
-
-def nearest(model: ForwardModel, cup: Position) -> Position:
-    """Return the cup, or the nearest one on its bearing that the model knows: what it does not know it cannot plan."""
-    distance, bearing = to_polar(cup)
-    return from_polar(float(np.clip(distance, *model.reach)), bearing)
 
 
 def first_enough(curve: Curve) -> int | None:

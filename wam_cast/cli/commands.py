@@ -59,6 +59,7 @@ def throw(
     replay: options.Replay = None,
     picture: options.FilmStrip = None,
     animation: options.Film = None,
+    recording: options.Recording = None,
     seed: options.NoiseSeed = 0,
     as_json: options.AsJson = False,
 ) -> None:
@@ -68,7 +69,7 @@ def throw(
     planned. If it is interrupted, the casts that are finished are reported, and shown by --replay.
     """
     cups = [parse_cup(text) for text in cup]
-    files = ThrowFiles(replay, picture, animation)
+    files = ThrowFiles(replay, picture, animation, recording)
     files.check(len(cups))
     plans: Sequence[wc.Plan | None] = [None] * len(cups)
     robot = None if belief is None else model_choice.load_scenario(scenario)

@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+from pyarrow import csv
 
 from wam_cast.errors import InputError, quoted
 from wam_cast.robot.plant import N_ARM
@@ -144,7 +145,8 @@ def _read(path: Path) -> pd.DataFrame:
     try:
         check_regular(path)
         if path.suffix.lower() == ".csv":
-            return pd.read_csv(path, float_precision="round_trip", skipinitialspace=True)
+            with path.open("rb") as file:  # pandas parses floats exactly in some versions alone
+                return csv.read_csv(file).to_pandas().rename(columns=str.strip)
         return pd.read_parquet(path)
     except (OSError, ValueError, OverflowError) as error:  # those of pandas and of pyarrow are ValueErrors
         reason = getattr(error, "strerror", None) or error
@@ -157,6 +159,8 @@ def _measured(frame: pd.DataFrame) -> MeasuredCast:
         raise InputError(
             f"column {quoted(unknown[0])} is unknown; allowed are time, q1 to q7, v1 to v7, torque1 to torque7, ball_x, ball_y, ball_z"
         )
+    if not frame.columns.is_unique:
+        raise InputError(f"column {frame.columns[frame.columns.duplicated()][0]} is there twice")
     times = _numbers(frame, ("time",), may_miss=False)[:, 0]
     values = {
         name: _numbers(frame, group.columns, may_miss=name == "p_WL")
@@ -180,7 +184,9 @@ def _numbers(frame: pd.DataFrame, columns: tuple[str, ...], *, may_miss: bool) -
         is_wrong = np.isinf(column) | (np.isnan(column) & ~(frame[name].isna().to_numpy() & may_miss))
         if is_wrong.any():
             row = int(np.argmax(is_wrong))
-            raise InputError(f"column {name}, row {row + 1}: {quoted(frame[name].iloc[row])} is no finite number")
+            value = frame[name].iloc[row]
+            found = "is empty" if pd.isna(value) else f"{quoted(str(value))} is no finite number"
+            raise InputError(f"column {name}, row {row + 1}: {found}")
         numbers[:, i] = column
     return numbers
 

@@ -165,7 +165,19 @@ def test_importing_the_package_loads_nothing_heavy():
 
 
 def test_help_loads_nothing_heavy():
-    heavy = {"pydrake", "sklearn", "pandas", "pyarrow", "scipy", "matplotlib", "numpy", "pydantic", "yaml", "mujoco", "mcap"}
+    heavy = {
+        "pydrake",
+        "sklearn",
+        "pandas",
+        "pyarrow",
+        "scipy",
+        "matplotlib",
+        "numpy",
+        "pydantic",
+        "yaml",
+        "mujoco",
+        "mcap",
+    }
     assert not heavy & loaded_by("import wam_cast.cli.running")
 
 

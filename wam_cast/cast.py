@@ -132,7 +132,8 @@ def point_of(scenario: Scenario, parameters: Array) -> Array:
     upper[1] = min(upper[1], parameters[0] / scenario.motion.min_move_duration)
     width = upper - lower
     # At the shortest distance a single speed may be allowed.
-    return np.clip(np.divide(parameters - lower, width, out=np.full(3, 0.5), where=width > 0), 0.0, 1.0)
+    share = np.divide(parameters - lower, width, out=np.full(3, 0.5), where=width > 0)
+    return np.asarray(np.clip(share, 0.0, 1.0))
 
 
 def _allowed_bounds(scenario: Scenario) -> tuple[Array, Array]:

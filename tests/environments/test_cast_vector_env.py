@@ -44,14 +44,15 @@ def engine(monkeypatch):
 
 def toward(cups):
     """Return actions that cast toward cups."""
-    return np.array([TASK.action(default_cast(Scenario()))[:3].tolist() + [to_polar(cup)[1] / 2.59] for cup in cups])
+    shape = TASK.action(default_cast(Scenario()))[:3]
+    return np.array([[*shape, to_polar(cup)[1] / 2.59] for cup in cups])
 
 
 def test_a_hit_is_a_ball_that_passes_through_the_opening(engine):
     envs = gymnasium.make_vec(ID, num_envs=6)
     cups, _ = envs.reset(seed=0)
     distances = np.hypot(*cups.T)
-    engine["along"] = distances + [0.0, 0.0099, 0.0101, 0.0, 0.0, 0.0]
+    engine["along"] = distances + np.array([0.0, 0.0099, 0.0101, 0.0, 0.0, 0.0])
     engine["is_slack"] = [True, True, True, False, True, True]
     engine["status"] = ["landed", "landed", "landed", "landed", "limit_hit", "never_crossed"]
     after, rewards, terminations, truncations, infos = envs.step(toward(cups))
@@ -121,7 +122,7 @@ def test_wrong_arguments_are_one_line(engine):
 def step():
     """Return a step of 64 real episodes with its casts, and processor seconds of it and of the engine alone."""
     envs = gymnasium.make_vec(ID, num_envs=64)
-    cups, _ = envs.reset(seed=1)
+    envs.reset(seed=1)
     actions = np.random.default_rng(0).uniform(-1, 1, (64, 4))
     actions[:, 3] /= 4
     infos = envs.step(actions)[-1]

@@ -30,9 +30,7 @@ def test_errors_are_what_was_added(recording, measured):
     rng = np.random.default_rng(0)
     q, tau = rng.normal(0, 0.01, 7), rng.normal(0, 0.1, 7)
     off = np.array([0.011, -0.007, 0.0])
-    moved = dataclasses.replace(
-        measured, q=measured.q + q, torques=measured.torques + tau, p_WL=measured.p_WL + off
-    )
+    moved = dataclasses.replace(measured, q=measured.q + q, torques=measured.torques + tau, p_WL=measured.p_WL + off)
     found = lay_beside(moved, recording)
     np.testing.assert_allclose(found.q_error, np.tile(q, (len(found.q_error), 1)), atol=1e-12)
     np.testing.assert_allclose(found.torque_error, np.tile(tau, (len(found.q_error), 1)), atol=1e-12)
@@ -65,7 +63,7 @@ def test_no_common_time_is_one_line(recording, measured):
 
 
 def test_one_figure_shows_joints_torques_ball_and_landing(recording, measured, tmp_path):
-    off = dataclasses.replace(measured, p_WL=measured.p_WL + [0.01, 0.0, 0.0], q=measured.q + 0.002)
+    off = dataclasses.replace(measured, p_WL=measured.p_WL + np.array([0.01, 0.0, 0.0]), q=measured.q + 0.002)
     found = lay_beside(off, recording)
     joints, ball, torques, landing = beside_figure(found).axes
     curves = {line.get_label(): line for line in joints.lines}

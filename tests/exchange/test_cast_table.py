@@ -62,9 +62,15 @@ def in_degrees(table):
         (lambda t: t.assign(torque1=-2000.0), "column torque1, row 1: -2000 N m"),
         (lambda t: t.assign(ball_z=120.0), "are these millimetres?"),
         (lambda t: t.assign(time=1e3 * t.time), "steps of 10 s; it is in seconds, are these milliseconds?"),
-        (lambda t: t.assign(time=t.time.where(t.index != 5, 0.0)), "column time, row 6: 0 s after 0.04 s; it must rise"),
+        (
+            lambda t: t.assign(time=t.time.where(t.index != 5, 0.0)),
+            "column time, row 6: 0 s after 0.04 s; it must rise",
+        ),
         (lambda t: t.assign(time=0.1), "it must rise from row to row"),
-        (lambda t: t.assign(q1=t.q1.astype(object).where(t.index != 2, "x")), "column q1, row 3: 'x' is no finite number"),
+        (
+            lambda t: t.assign(q1=t.q1.astype(object).where(t.index != 2, "x")),
+            "column q1, row 3: 'x' is no finite number",
+        ),
         (lambda t: t.assign(q1=t.q1.where(t.index != 2)), "column q1, row 3: is empty"),
         (lambda t: t.assign(ball_x=np.inf), "column ball_x, row 1: 'inf' is no finite number"),
         (lambda t: t.iloc[:1], "1 rows; a cast has two or more"),
@@ -86,7 +92,7 @@ def test_what_is_no_table_is_one_line(tmp_path, name):
     (tmp_path / "empty.csv").write_text("")
     (tmp_path / "binary.csv").write_bytes(bytes(range(256)))
     (tmp_path / "text.parquet").write_text("time,q1\n")
-    with pytest.raises(InputError, match="recording .*: ") as caught:
+    with pytest.raises(InputError, match=r"recording .*: ") as caught:
         wc.read_recording(tmp_path / name)
     assert "\n" not in str(caught.value)
 

@@ -70,7 +70,11 @@ def test_numbers_are_those_of_the_recording(recording, messages):
         found = [[getattr(joint, name) for joint in one.joints] for _, one in joints]
         np.testing.assert_array_equal(found, expected)
     assert [joint.name[:2] for joint in joints[0][1].joints] == [f"j{i}" for i in range(1, 8)]
-    for topic, expected in (("/ball", recording.p_WL), ("/hand", recording.p_WE), ("/hand_desired", recording.p_WE_desired)):
+    for topic, expected in (
+        ("/ball", recording.p_WL),
+        ("/hand", recording.p_WE),
+        ("/hand_desired", recording.p_WE_desired),
+    ):
         found = of_first(messages, topic, recording)
         np.testing.assert_array_equal([xyz(one.pose.position) for _, one in found], expected)
         assert found[5][1].timestamp.ToNanoseconds() == found[5][0]

@@ -42,9 +42,7 @@ Film = Annotated[
 ]
 Recording = Annotated[
     Path | None,
-    typer.Option(
-        metavar="FILE.mcap", help="Write a recording that Foxglove and Rerun open (needs the extra `mcap`)."
-    ),
+    typer.Option(metavar="FILE.mcap", help="Write a recording that Foxglove and Rerun open (needs the extra `mcap`)."),
 ]
 NoiseSeed = Annotated[
     int,

@@ -1,7 +1,7 @@
 """The cast as environments for learners: `wam_cast/Cast-v0` and `wam_cast/CastTorque-v0` of Gymnasium's registry.
 
-To import this package registers them; so does `gymnasium.make("wam_cast.environments:wam_cast/Cast-v0")`. Neither loads Drake before
-one of them is made.
+To import this package registers them; so does `gymnasium.make("wam_cast.environments:wam_cast/Cast-v0")`. Neither loads Drake
+before one of them is made.
 """
 
 from importlib.util import find_spec
@@ -24,6 +24,4 @@ if "wam_cast/Cast-v0" not in registry:
         entry_point=f"{_HERE}.cast_env:CastEnv",
         vector_entry_point=f"{_HERE}.cast_vector_env:CastVectorEnv",
     )
-    register(
-        id="wam_cast/CastTorque-v0", entry_point=f"{_HERE}.torque_env:CastTorqueEnv", max_episode_steps=TIME_LIMIT
-    )
+    register(id="wam_cast/CastTorque-v0", entry_point=f"{_HERE}.torque_env:CastTorqueEnv", max_episode_steps=TIME_LIMIT)

@@ -53,7 +53,7 @@ class ActionLoop(SampledLoop):
         self._action = action
         self.advance(self._n + 1)
 
-    def _commanded(self, arm: MeasuredArm, time: float) -> Array:
+    def _commanded(self, arm: MeasuredArm, time: float) -> Array:  # noqa: ARG002
         assert isinstance(self._controller, CastController)
         return self._to_torque(self._controller, arm, self._action)
 

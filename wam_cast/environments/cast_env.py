@@ -24,37 +24,34 @@ class CastEnv(Env[Array, Array]):
 
     Observation: world (x, y) [m] of the cup's axis, shape (2,); the same before and after the cast.
 
-    Action: distance, speed, wait and bearing, shape (4,), each from -1 to 1, onto all casts that the scenario's bounds allow and all
-    bearings that joint 1 turns to. It is linear but for the speed, whose range ends where the move would be too short.
+    Action: distance, speed, wait and bearing, shape (4,), each from -1 to 1, onto all casts that the scenario's bounds allow and
+    all bearings that joint 1 turns to. It is linear but for the speed, whose range ends where the move would be too short.
     `env.unwrapped.cast(action)` is the `.Cast` of an action, `env.unwrapped.action(cast)` the action of a cast.
 
     Reward, from -1 to 1: 1 if the ball is caught, less the distance [m] of its landing from the cup's axis, of at most 1; that
     distance counts as 1 if the ball does not land, a limit of the arm is met, or the simulation diverges.
 
-    Every episode terminates after its step; none is truncated. `info` has `is_success` (caught: the ball rests in the cup, carried by
-    it), `status` (a `.Status`), `miss` [m], `landing` (2,) [m] and `cast`, `[distance, speed, wait, bearing]` [m, m/s, s, rad].
+    Every episode terminates after its step; none is truncated. `info` has `is_success` (caught: the ball rests in the cup,
+    carried by it), `status` (a `.Status`), `miss` [m], `landing` (2,) [m] and `cast`, `[distance, speed, wait, bearing]` [m, m/s,
+    s, rad].
 
     Parameters
     ----------
     scenario
         What is cast with; its noise is drawn anew in each episode from the environment's generator. By default the reference.
     radii
-        The smallest and the largest distance of a cup from the base axis [m]. Distances and bearings, of all that joint 1 turns to, are
-        evenly distributed; `reset(options={"cup": (x, y)})` puts the cup in one place.
+        The smallest and the largest distance of a cup from the base axis [m]. Distances and bearings, of all that joint 1 turns
+        to, are evenly distributed; `reset(options={"cup": (x, y)})` puts the cup in one place.
     render_mode
         `rgb_array`: `render` returns a picture of the arm before the cast, of its end after it. `human`: `step` plays the cast in a
         browser's page in real time. By default neither.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": list(RENDER_MODES), "render_fps": 1}  # type: ignore[misc]
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": list(RENDER_MODES), "render_fps": 1}
 
     @checks_types
     def __init__(
-        self,
-        scenario: Scenario | None = None,
-        *,
-        radii: tuple[float, float] = RADII,
-        render_mode: str | None = None,
+        self, scenario: Scenario | None = None, *, radii: tuple[float, float] = RADII, render_mode: str | None = None
     ) -> None:
         self.render_mode = checked_render_mode(render_mode)
         self._task = CastTask(scenario or Scenario(), radii)
@@ -75,9 +72,7 @@ class CastEnv(Env[Array, Array]):
     def _simulator(self) -> CastSimulator:
         return CastSimulator(self._task.scenario)
 
-    def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Array, dict[str, Any]]:
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
         """Stand a cup on the floor, drawn or as `options={"cup": (x, y)}` says [m], and let the ball hang."""
         super().reset(seed=seed)
         self._cup = self._task.cup_of(options) or self._task.draw_cup(self.np_random)
@@ -115,7 +110,7 @@ class CastEnv(Env[Array, Array]):
         else:
             self._view.put(recording.states[-1])
 
-    def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
+    def render(self) -> NDArray[np.uint8] | None:
         """Return a picture, shape (height, width, 3), in the mode `rgb_array`; in `human` the page shows what there is."""
         return self._view.render()
 

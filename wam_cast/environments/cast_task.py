@@ -94,8 +94,8 @@ class CastTask:
     def cast(self, action: ArrayLike) -> Cast:
         """Return the cast that an action, shape (4,), asks for; what is beyond -1 or 1 counts as that.
 
-        All actions are casts that the scenario allows: `.cast_at` has the first three, between the bearings the fourth lies linearly.
-        Raises `.InputError` if they are not four finite numbers.
+        All actions are casts that the scenario allows: `.cast_at` has the first three, between the bearings the fourth lies
+        linearly. Raises `.InputError` if they are not four finite numbers.
         """
         share = (checked_action(action, self.cast_space) + 1) / 2
         lowest, highest = self.bearings
@@ -116,7 +116,7 @@ def checked_action(action: ArrayLike, space: Box) -> Array:
         numbers = np.empty(0)
     if numbers.shape != space.shape or not np.isfinite(numbers).all():
         raise InputError(f"action = {quoted(action)} must be {space.shape[0]} finite numbers from -1 to 1")
-    return np.clip(numbers, space.low, space.high)
+    return np.asarray(np.clip(numbers, space.low, space.high))
 
 
 def reward(is_success: bool, miss: float) -> float:

@@ -29,8 +29,8 @@ class CastVectorEnv(VectorEnv[Array, Array, Array]):
     misses, and none is seen to bounce out: `.CastEnv` has the physical verdict.
 
     Observations, actions and rewards are those of `.CastEnv`, shapes (n, 2), (n, 4) and (n,). Since every step ends all episodes,
-    the next ones begin in the same step (`AutoresetMode.SAME_STEP`): `step` returns the next cups, and in `info` `final_obs` has the
-    cups that were cast at, `final_info` arrays of `is_success`, `status`, `miss` [m], `landing` (n, 2) [m] and `cast` (n, 4).
+    the next ones begin in the same step (`AutoresetMode.SAME_STEP`): `step` returns the next cups, and in `info` `final_obs` has
+    the cups that were cast at, `final_info` arrays of `is_success`, `status`, `miss` [m], `landing` (n, 2) [m] and `cast` (n, 4).
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class CastVectorEnv(VectorEnv[Array, Array, Array]):
         If an argument is not as described.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"autoreset_mode": AutoresetMode.SAME_STEP, "render_modes": []}  # type: ignore[misc]
+    metadata: ClassVar[dict[str, Any]] = {"autoreset_mode": AutoresetMode.SAME_STEP, "render_modes": []}
 
     @checks_types
     def __init__(
@@ -60,7 +60,9 @@ class CastVectorEnv(VectorEnv[Array, Array, Array]):
         render_mode: str | None = None,
     ) -> None:
         if render_mode is not None:
-            raise InputError(f"render_mode = {quoted(render_mode)}: the vector environment shows nothing; make one alone")
+            raise InputError(
+                f"render_mode = {quoted(render_mode)}: the vector environment shows nothing; make one alone"
+            )
         self.num_envs = checked_integer("num_envs", num_envs, 1)
         self._task, self._precision = CastTask(scenario or Scenario(), radii), precision
         self.single_observation_space, self.single_action_space = self._task.cup_space, self._task.cast_space
@@ -68,9 +70,7 @@ class CastVectorEnv(VectorEnv[Array, Array, Array]):
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self._cups = np.zeros((0, 2))
 
-    def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Array, dict[str, Any]]:
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
         """Stand a cup for each on the floor, drawn or all as `options={"cup": (x, y)}` says [m]."""
         super().reset(seed=seed)
         cup = self._task.cup_of(options)
@@ -80,9 +80,7 @@ class CastVectorEnv(VectorEnv[Array, Array, Array]):
     def _drawn_cups(self) -> Array:
         return np.array([self._task.draw_cup(self.np_random) for _ in range(self.num_envs)])
 
-    def step(
-        self, actions: ArrayLike
-    ) -> tuple[Array, Array, NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
+    def step(self, actions: ArrayLike) -> tuple[Array, Array, NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
         """Make a cast for each cup, and stand the next cups on the floor."""
         if not len(self._cups):
             raise InputError("step: there are no cups yet; call reset() first")
@@ -90,11 +88,17 @@ class CastVectorEnv(VectorEnv[Array, Array, Array]):
         seeds = self.np_random.integers(N_NOISE_SEEDS, size=self.num_envs)
         frame = simulate_batch(self._task.scenario, casts, seeds, self._precision)
         final = self._judged(casts, frame)
-        worth = [reward(hit, miss) for hit, miss in zip(final["is_success"], self._counted(frame, final), strict=True)]
+        counted = np.where(final["status"] == "landed", final["miss"], np.nan)
+        worth = np.array([reward(*of) for of in zip(final["is_success"], counted, strict=True)])
         everywhere = np.ones(self.num_envs, dtype=bool)
-        infos = {"final_obs": self._cups, "_final_obs": everywhere, "final_info": final, "_final_info": everywhere.copy()}
+        infos = {
+            "final_obs": self._cups,
+            "_final_obs": everywhere,
+            "final_info": final,
+            "_final_info": everywhere.copy(),
+        }
         self._cups = self._drawn_cups()
-        return self._cups.copy(), np.array(worth), everywhere.copy(), np.zeros(self.num_envs, dtype=bool), infos
+        return self._cups.copy(), worth, everywhere.copy(), np.zeros(self.num_envs, dtype=bool), infos
 
     def _casts(self, actions: ArrayLike) -> list[Cast]:
         rows = np.asarray(actions, dtype=float)
@@ -105,8 +109,7 @@ class CastVectorEnv(VectorEnv[Array, Array, Array]):
     def _judged(self, casts: list[Cast], frame: pd.DataFrame) -> dict[str, Any]:
         """Return what is told of casts, arrays over them."""
         scenario = self._task.scenario
-        along, across = frame["landing_along"].to_numpy(), frame["landing_across"].to_numpy()
-        landing = np.array([from_casting_plane(*of, cast.bearing) for *of, cast in zip(along, across, casts, strict=True)])
+        landing = self._landings(casts, frame)
         miss = np.linalg.norm(landing - self._cups - scenario.cup.offset, axis=1)
         clear = scenario.cup.inner_radius - scenario.ball.radius
         is_hit = (frame["status"] == "landed").to_numpy() & frame["is_slack"].to_numpy() & (miss <= clear)
@@ -118,6 +121,8 @@ class CastVectorEnv(VectorEnv[Array, Array, Array]):
             "cast": np.array([[*cast.to_array(), cast.bearing] for cast in casts]),
         }
 
-    def _counted(self, frame: pd.DataFrame, final: dict[str, Any]) -> Array:
-        """Return the misses [m] as they count, nan of casts that do not land or meet a limit."""
-        return np.where(frame["status"] == "landed", final["miss"], np.nan)
+    @staticmethod
+    def _landings(casts: list[Cast], frame: pd.DataFrame) -> Array:
+        """Return world (x, y) [m] of the landings, (n, 2)."""
+        places = frame[["landing_along", "landing_across"]].to_numpy(dtype=float)
+        return np.array([from_casting_plane(x, y, cast.bearing) for (x, y), cast in zip(places, casts, strict=True)])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Literal
+from typing import Any, Literal
 
 import numpy as np
 from gymnasium import Env
@@ -44,12 +44,16 @@ BEYOND = 1.5
 """Observed joint angles and velocities are within so many times the limits."""
 
 
+METADATA: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": 500}
+
+
 class CastTorqueEnv(Env[Array, Array]):
-    """The ball hangs in the hand, the motors are told what to give in each control period, and the ball is to come to rest in the cup.
+    """The ball hangs in the hand, the motors are told what to give in each control period, and the ball is to come to rest in the
+    cup.
 
     Observation, in this order: q [rad] (7) and v [rad/s] (7) of the arm as the encoders read them, world (x, y) [m] of the cup's
-    axis, and, unless `observes_ball` is false, p_WL [m] (3) and v_WL [m/s] (3) of the ball. It is clipped to its space, which an arm
-    within its limits never leaves.
+    axis, and, unless `observes_ball` is false, p_WL [m] (3) and v_WL [m/s] (3) of the ball. It is clipped to its space, which an
+    arm within its limits never leaves.
 
     Action: joint torques, shape (7,), from -1 to 1 of the motors' peaks, with nothing added: zeros let the arm fall. With
     `action="force"` a force of the hand, shape (3,), world frame, from -1 to 1 of 200 N, while the arm's weight is carried and its
@@ -59,10 +63,10 @@ class CastTorqueEnv(Env[Array, Array]):
     Reward: by how many metres the ball came nearer to where it would rest in the cup; over an episode that adds up to its first
     distance less its last one. The last step adds 1 for a catch, and -1 if a limit is met or the simulation diverges.
 
-    An episode terminates when the ball rests in the cup, carried by it (`is_success`); when it lies on the floor or on the cup's stand;
-    when a joint leaves its range or its velocity limit; or when the simulation diverges. `info["reason"]` says which: `caught`,
-    `missed`, such as `joint 4 speed`, `diverged`, and is empty until then. `gymnasium.make` truncates an episode after 2,500 steps.
-    `info` has `is_success`, `reason` and `time` [s].
+    An episode terminates when the ball rests in the cup, carried by it (`is_success`); when it lies on the floor or on the cup's
+    stand; when a joint leaves its range or its velocity limit; or when the simulation diverges. `info["reason"]` says which:
+    `caught`, `missed`, such as `joint 4 speed`, `diverged`, and is empty until then. `gymnasium.make` truncates an episode after
+    2,500 steps. `info` has `is_success`, `reason` and `time` [s].
 
     Parameters
     ----------
@@ -76,7 +80,7 @@ class CastTorqueEnv(Env[Array, Array]):
         `rgb_array`: `render` returns a picture. `human`: a browser's page shows it, no faster than in real time.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": list(RENDER_MODES), "render_fps": 500}  # type: ignore[misc]
+    metadata: dict[str, Any] = METADATA
 
     @checks_types
     def __init__(
@@ -101,7 +105,7 @@ class CastTorqueEnv(Env[Array, Array]):
         self._most = loop.station.motors.limits if action == "torque" else np.full(3, FORCE)
         self.action_space = Box(-1.0, 1.0, self._most.shape, np.float64)
         self.observation_space = self._space()
-        self.metadata = {**self.metadata, "render_fps": round(1 / loop.period)}  # type: ignore[misc]
+        self.metadata = {**METADATA, "render_fps": round(1 / loop.period)}
         self._view = StageView(scenario, self.render_mode)
         self._steps_per_frame = max(round(1 / FRAME_RATE / loop.period), 1) if self.render_mode == "human" else 1
         self._watch: BallWatch | None = None
@@ -112,9 +116,7 @@ class CastTorqueEnv(Env[Array, Array]):
         high = np.concatenate([q, v, self._task.cup_space.high, *ball])
         return Box(-high, high, dtype=np.float64)
 
-    def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Array, dict[str, Any]]:
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
         """Put the arm at home with the ball hanging, and a cup on the floor, drawn or as `options={"cup": (x, y)}` says [m]."""
         super().reset(seed=seed)
         scenario = self._task.scenario
@@ -171,7 +173,7 @@ class CastTorqueEnv(Env[Array, Array]):
         time = self._n_steps * self._loop.period
         return {"is_success": reason == "caught", "reason": reason, "time": time}
 
-    def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
+    def render(self) -> NDArray[np.uint8] | None:
         """Return a picture, shape (height, width, 3), in the mode `rgb_array`; in `human` the page shows what there is."""
         return self._view.render()
 

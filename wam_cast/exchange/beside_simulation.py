@@ -34,8 +34,8 @@ class BesideSimulation:
     ball_error
         The same of the ball's position in the world [m], shape (n, 3).
     landing
-        World (x, y) [m] where the measured ball first came down through the rim plane, shape (2,); nan if it was not seen to. Between
-        two sights of it the ball moves straight.
+        World (x, y) [m] where the measured ball first came down through the rim plane, shape (2,); nan if it was not seen to.
+        Between two sights of it the ball moves straight.
     """
 
     measured: MeasuredCast
@@ -85,7 +85,7 @@ def lay_beside(measured: MeasuredCast, simulated: CastRecording) -> BesideSimula
 
 
 def landing_of(measured: MeasuredCast, height: float) -> Array:
-    """Return world (x, y) [m], (2,), where a measured ball first comes down through the plane at `height` [m]; nan if it does not."""
+    """Return world (x, y) [m], (2,), where a measured ball first comes down through the plane at `height` [m], or nan."""
     path = measured.p_WL[np.isfinite(measured.p_WL).all(axis=1)]
     (falling,) = np.nonzero((path[:-1, 2] > height) & (path[1:, 2] <= height))
     if len(falling) == 0:
@@ -96,7 +96,7 @@ def landing_of(measured: MeasuredCast, height: float) -> Array:
 
 
 def beside_figure(found: BesideSimulation) -> Figure:
-    """Return one figure: the joints' errors and the torques' over time, the ball's path from the side, and the landings from above."""
+    """Return one figure: errors of joints and torques over time, the ball's path from the side, and the landings from above."""
     with figure_style():
         figure = Figure(figsize=(9.0, 6.4), layout="constrained")
         (of_joints, of_ball), (of_torques, of_landing) = figure.subplots(2, 2)
@@ -143,12 +143,16 @@ def _draw_landings(axes: Axes, found: BesideSimulation) -> None:
     simulated, bearing = found.simulated, found.simulated.cast.bearing
     middle = simulated.outcome.landing if simulated.cup is None else np.array(simulated.cup)
     if simulated.cup is not None:
-        axes.add_patch(Circle((0, 0), simulated.scenario.cup.inner_radius * MM, fill=False, edgecolor=INK, label="cup's rim"))
+        axes.add_patch(
+            Circle((0, 0), simulated.scenario.cup.inner_radius * MM, fill=False, edgecolor=INK, label="cup's rim")
+        )
     marks = (("simulated", simulated.outcome.landing, "o", DARK), ("measured", found.landing, "X", MIDDLE))
     for name, landing, marker, color in marks:
         off = _to_plane((landing - middle)[np.newaxis], bearing)[0] * MM
         if np.isfinite(off).all():
-            axes.plot(*off, marker=marker, color=color, linestyle="none", label=f"{name}: {off[0]:.1f}, {off[1]:.1f} mm")
+            axes.plot(
+                *off, marker=marker, color=color, linestyle="none", label=f"{name}: {off[0]:.1f}, {off[1]:.1f} mm"
+            )
     axes.set_aspect("equal", adjustable="datalim")
     axes.set(xlabel="landing off, along [mm]", ylabel="landing off, across [mm]")
     draw_legend(axes, **BESIDE)
@@ -157,4 +161,4 @@ def _draw_landings(axes: Axes, found: BesideSimulation) -> None:
 def _to_plane(p_WQ: Array, bearing: float) -> Array:
     """Return points' world (x, y), the first two of (n, 2) or (n, 3) [m], along and across the casting plane of a bearing [rad]."""
     c, s = math.cos(bearing), math.sin(bearing)
-    return p_WQ[:, :2] @ np.array([[c, -s], [s, c]])
+    return np.asarray(p_WQ[:, :2] @ np.array([[c, -s], [s, c]]))

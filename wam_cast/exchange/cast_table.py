@@ -101,8 +101,8 @@ def read_recording(path: str | Path) -> MeasuredCast:
     Raises
     ------
     InputError
-        If there is no such file, a column is missing or unknown, a value is no number or can be of no robot in its unit, or time does
-        not rise.
+        If there is no such file, a column is missing or unknown, a value is no number or can be of no robot in its unit, or time
+        does not rise.
     """
     frame = _read(Path(path))
     try:
@@ -132,7 +132,9 @@ def write_recording(recording: CastRecording, path: str | Path) -> None:
     for name, group in GROUPS.items():
         columns |= dict(zip(group.columns, values[name].T, strict=True))
     frame = pd.DataFrame(columns)
-    write_file(path, frame.to_csv(index=False).encode() if path.suffix.lower() == ".csv" else frame.to_parquet(index=False))
+    write_file(
+        path, frame.to_csv(index=False).encode() if path.suffix.lower() == ".csv" else frame.to_parquet(index=False)
+    )
 
 
 def _check_suffix(path: Path) -> None:
@@ -146,7 +148,8 @@ def _read(path: Path) -> pd.DataFrame:
         check_regular(path)
         if path.suffix.lower() == ".csv":
             with path.open("rb") as file:  # pandas parses floats exactly in some versions alone
-                return csv.read_csv(file).to_pandas().rename(columns=str.strip)
+                frame: pd.DataFrame = csv.read_csv(file).to_pandas()
+                return frame.rename(columns=str.strip)
         return pd.read_parquet(path)
     except (OSError, ValueError, OverflowError) as error:  # those of pandas and of pyarrow are ValueErrors
         reason = getattr(error, "strerror", None) or error
@@ -157,7 +160,8 @@ def _measured(frame: pd.DataFrame) -> MeasuredCast:
     unknown = [str(column) for column in frame.columns if column not in COLUMNS]
     if unknown:
         raise InputError(
-            f"column {quoted(unknown[0])} is unknown; allowed are time, q1 to q7, v1 to v7, torque1 to torque7, ball_x, ball_y, ball_z"
+            f"column {quoted(unknown[0])} is unknown; allowed are time, q1 to q7, v1 to v7, torque1 to torque7, ball_x, ball_y "
+            "and ball_z"
         )
     if not frame.columns.is_unique:
         raise InputError(f"column {frame.columns[frame.columns.duplicated()][0]} is there twice")
@@ -209,6 +213,6 @@ def _check_unit(group: Group, values: Array) -> None:
     if too_large.any():
         row, i = (int(index) for index in np.argwhere(too_large)[0])
         raise InputError(
-            f"column {group.columns[i]}, row {row + 1}: {values[row, i]:g} {group.unit}, of at most {group.largest:g} {group.unit}; "
-            f"are these {group.suspicion}?"
+            f"column {group.columns[i]}, row {row + 1}: {values[row, i]:g} {group.unit}, of at most {group.largest:g} "
+            f"{group.unit}; are these {group.suspicion}?"
         )

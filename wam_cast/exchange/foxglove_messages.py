@@ -91,9 +91,7 @@ def transforms(time: int, poses: dict[str, RigidTransform]) -> FrameTransforms:
 def moving_scene(time: int, scene: CastScene, ball: Ball) -> SceneUpdate:
     """Return arm, string and ball as a scene has them at a time [ns]."""
     arm = [scene.position(name) for name in (*(f"link{i}" for i in range(1, N_ARM + 1)), "tool_plate")]
-    sphere = SpherePrimitive(
-        pose=_pose(scene.position("ball")), size=_equal(2 * ball.radius), color=_color(BALL_COLOR)
-    )
+    sphere = SpherePrimitive(pose=_pose(scene.position("ball")), size=_equal(2 * ball.radius), color=_color(BALL_COLOR))
     return SceneUpdate(
         entities=[
             _entity(time, "arm", lines=[_line(arm, ARM_THICKNESS, ARM_COLOR)]),

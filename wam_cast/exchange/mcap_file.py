@@ -11,9 +11,9 @@
     /scene          foxglove.SceneUpdate      arm and string as lines, the ball, the cup, 50 a second
     /log            foxglove.Log              the stages as they begin, and what became of the cast
 
-Messages are protobuf, whose descriptions the file carries: of Foxglove's own types Rerun draws those that are protobuf and no others.
-Times count from the start of the first cast, of several on through all. Metadata `cast 1` and so on have each cast's numbers, in SI,
-and the attachments are the scenario and the arm's URDF.
+Messages are protobuf, whose descriptions the file carries: of Foxglove's own types Rerun draws those that are protobuf and no
+others. Times count from the start of the first cast, of several on through all. Metadata `cast 1` and so on have each cast's
+numbers, in SI, and the attachments are the scenario and the arm's URDF.
 """
 
 from __future__ import annotations
@@ -47,7 +47,9 @@ def check_mcap(path: str | Path) -> None:
     if Path(path).suffix.lower() != ".mcap":
         raise InputError(f"cannot write {path}: a recording is MCAP; choose a name that ends in .mcap")
     if find_spec("mcap_protobuf") is None or find_spec("foxglove_schemas_protobuf") is None:
-        raise InputError(f'cannot write {path}: MCAP lacks its packages; install them with `pip install "wam_cast[mcap]"`')
+        raise InputError(
+            f'cannot write {path}: MCAP lacks its packages; install them with `pip install "wam_cast[mcap]"`'
+        )
     check_writable(path)
 
 

@@ -234,7 +234,7 @@ class CastController(ArmController):
         return self._torque_of(force, arm.Jv_WE, arm, self._rest_state)
 
     def _torque_of(self, u_x: Array, J: Array, arm: MeasuredArm, rest_state: Array) -> Array:
-        """Return u_q of the law, (7,), for a force of the hand, its Jacobian, and the arm's state (14,) that the null space keeps."""
+        """Return u_q of the law, (7,), for a force of the hand, and the arm's state (14,) that the null space keeps."""
         posture = self._posture_gain @ (rest_state - arm.state)
         # dposv solves a positive definite system without the checks that cost numpy.linalg.solve most of its time.
         _, force_of_posture, failed = dposv(J @ J.T, J @ posture)

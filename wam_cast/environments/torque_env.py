@@ -48,8 +48,7 @@ METADATA: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": 50
 
 
 class CastTorqueEnv(Env[Array, Array]):
-    """The ball hangs in the hand, the motors are told what to give in each control period, and the ball is to come to rest in the
-    cup.
+    """The motors are told what to give in each control period, and the ball is to come to rest in the cup.
 
     Observation, in this order: q [rad] (7) and v [rad/s] (7) of the arm as the encoders read them, world (x, y) [m] of the cup's
     axis, and, unless `observes_ball` is false, p_WL [m] (3) and v_WL [m/s] (3) of the ball. It is clipped to its space, which an

@@ -34,7 +34,8 @@ class BesideSimulation:
     ball_error
         The same of the ball's position in the world [m], shape (n, 3).
     landing
-        World (x, y) [m] where the measured ball first came down through the rim plane, shape (2,); nan if it was not seen to.
+        World (x, y) [m] where the measured ball first came down through the rim plane, shape (2,); nan if it was not seen to. A
+        ball that touched the rim before comes down where the rim sent it, where the simulated landing is that without a cup.
         Between two sights of it the ball moves straight.
     """
 

@@ -23,10 +23,10 @@ from wam_cast.types import Array, checks_types
 class CastVectorEnv(VectorEnv[Array, Array, Array]):
     """Cups are seen, a cast is made for each, and every episode ends: `.CastEnv` without the contact of ball and cup.
 
-    The batched engine simulates up to the landing alone. A cast is a hit, `is_success`, if the whole ball passes through the cup's
-    opening: its centre comes down through the rim plane no farther from the cup's axis than the cup's inner radius less the ball's
-    (10 mm in the reference scenario), in a slack string, and the arm meets no limit. Balls that bounce in off the rim count as
-    misses, and none is seen to bounce out: `.CastEnv` has the physical verdict.
+    The batched engine simulates up to the landing alone. A cast is a hit, `is_success`, if the ball's centre comes down through the
+    cup's opening: through the rim plane no farther from the cup's axis than its inner radius (30 mm in the reference scenario), in
+    a slack string, and the arm meets no limit. What the rim makes of a ball that touches it is not seen: `.CastEnv` has the physical
+    verdict, which in a nearly inelastic cup is almost always the same.
 
     Observations, actions and rewards are those of `.CastEnv`, shapes (n, 2), (n, 4) and (n,). Since every step ends all episodes,
     the next ones begin in the same step (`AutoresetMode.SAME_STEP`): `step` returns the next cups, and in `info` `final_obs` has
@@ -111,8 +111,8 @@ class CastVectorEnv(VectorEnv[Array, Array, Array]):
         scenario = self._task.scenario
         landing = self._landings(casts, frame)
         miss = np.linalg.norm(landing - self._cups - scenario.cup.offset, axis=1)
-        clear = scenario.cup.inner_radius - scenario.ball.radius
-        is_hit = (frame["status"] == "landed").to_numpy() & frame["is_slack"].to_numpy() & (miss <= clear)
+        is_free = (frame["status"] == "landed").to_numpy() & frame["is_slack"].to_numpy()
+        is_hit = is_free & (miss <= scenario.cup.inner_radius)
         return {
             "is_success": is_hit,
             "status": frame["status"].to_numpy(dtype=str),

@@ -25,8 +25,8 @@ class CastVectorEnv(VectorEnv[Array, Array, Array]):
 
     The batched engine simulates up to the landing alone. A cast is a hit, `is_success`, if the ball's centre comes down through the
     cup's opening: through the rim plane no farther from the cup's axis than its inner radius (30 mm in the reference scenario), in
-    a slack string, and the arm meets no limit. What the rim makes of a ball that touches it is not seen: `.CastEnv` has the physical
-    verdict, which in a nearly inelastic cup is almost always the same.
+    a slack string, and the arm meets no limit. What the rim makes of a ball that touches it is not seen: `.CastEnv` has the
+    physical verdict, which in a nearly inelastic cup is almost always the same.
 
     Observations, actions and rewards are those of `.CastEnv`, shapes (n, 2), (n, 4) and (n,). Since every step ends all episodes,
     the next ones begin in the same step (`AutoresetMode.SAME_STEP`): `step` returns the next cups, and in `info` `final_obs` has

@@ -1,5 +1,6 @@
 """`wam_cast/Cast-v0`: what Drake says of a cast is what the environment pays for, and Gymnasium's own check is content."""
 
+import importlib
 import math
 import subprocess
 import sys
@@ -133,3 +134,9 @@ def blue(image):
 def test_an_unknown_render_mode_is_one_line():
     with pytest.raises(InputError, match="render_mode = 'ansi' must be human or rgb_array"):
         wam_cast.environments.stage_view.checked_render_mode("ansi")
+
+
+def test_without_gymnasium_a_line_says_what_to_install(monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
+    with pytest.raises(InputError, match=r"pip install \"wam_cast\[gymnasium\]\""):
+        importlib.reload(wam_cast.environments)

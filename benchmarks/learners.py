@@ -1,6 +1,6 @@
 """How many casts it takes to hit: a learner that knows nothing but rewards, and planners of a forward model, over the same cups.
 
-    python benchmarks/learners.py [--seeds 3] [--generations 48] [--cups 20] [--agreement 60] [--picture FILE] [--out FILE.json]
+    python benchmarks/learners.py [--seeds 2] [--generations 48] [--cups 20] [--agreement 60] [--picture FILE] [--out FILE.json]
 
 The learner is CMA-ES (Hansen and Ostermeier 2001; package cmaes). It searches the six numbers of a policy, a cast that is affine in
 the cup's distance, with its bearing toward the cup, by the rewards of `wam_cast/Cast-v0` from the batched engine: 16 candidates a
@@ -169,7 +169,7 @@ def write_curves(curves: dict[str, list[Curve]], path: Path) -> None:
 
 def main() -> None:
     arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    arguments.add_argument("--seeds", type=int, default=3, help="runs of each")
+    arguments.add_argument("--seeds", type=int, default=2, help="runs of each")
     arguments.add_argument("--generations", type=int, default=48, help="of the learner, of 128 casts")
     arguments.add_argument("--cups", type=int, default=20, help="that are cast at in a test")
     arguments.add_argument("--agreement", type=int, default=60, help="casts over which the two verdicts are compared")

@@ -125,6 +125,11 @@ CALLS = {
     ),
     "AdaptiveModel.learn": (lambda: adaptive_model().learn, {"observations": []}),
     "AdaptiveModel.toward": (lambda: adaptive_model().toward, {"bearing": 0.1}),
+    "read_recording": (lambda: wc.read_recording, {"path": "cast.csv"}),
+    "write_recording": (
+        lambda: wc.write_recording,
+        {"recording": wc.CastRecording.__new__(wc.CastRecording), "path": "cast.csv"},
+    ),
     "simulate_batch": (
         lambda: wc.simulate_batch,
         {"scenario": SCENARIO, "casts": [], "noise_seeds": None, "precision": "float64", "belief": None},
@@ -145,7 +150,7 @@ CALLS = {
 """Public functions, each with arguments that it takes, or that it refuses later than the ones that are wrong."""
 
 NOTHING_TO_GIVE = {"__version__", "reference_model", "reference_dataset"}
-RESULTS = {"Plan", "Solution", "Outcome", "Status", "CastRecording", "Observation"}
+RESULTS = {"Plan", "Solution", "Outcome", "Status", "CastRecording", "MeasuredCast", "Observation"}
 """They are made by the package."""
 OF_OTHERS = {"InputError", "KernelRidge", "ArmController"}
 """An exception, an estimator that scikit-learn's own checks look at, and a base class."""

@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from wam_cast.batch.engine import simulate_batch as simulate_batch
     from wam_cast.cast import Cast as Cast
     from wam_cast.errors import InputError as InputError
+    from wam_cast.exchange.cast_table import MeasuredCast as MeasuredCast
+    from wam_cast.exchange.cast_table import read_recording as read_recording
+    from wam_cast.exchange.cast_table import write_recording as write_recording
     from wam_cast.experiments.paper.reproduce import reproduce as reproduce
     from wam_cast.experiments.preview import preview_scenario as preview_scenario
     from wam_cast.learning.dataset import CastDataset as CastDataset
@@ -53,6 +56,7 @@ _NAMES = {
     "batch.engine": ["simulate_batch"],
     "cast": ["Cast"],
     "errors": ["InputError"],
+    "exchange.cast_table": ["MeasuredCast", "read_recording", "write_recording"],
     "experiments.paper.reproduce": ["reproduce"],
     "experiments.preview": ["preview_scenario"],
     "learning.dataset": ["CastDataset", "generate_dataset"],

@@ -114,6 +114,35 @@ def nearest_allowed(scenario: Scenario, parameters: Array) -> Array:
     return np.array([min(max(distance, speed * shortest), upper[0]), speed, wait])
 
 
+def cast_at(scenario: Scenario, point: Array) -> Array:
+    """Return the allowed cast at a point of the unit cube, both of shape (3,).
+
+    The cube is mapped onto all allowed casts: linearly but for the speed, whose range ends where the move, at this distance, would
+    be too short.
+    """
+    lower, upper = _allowed_bounds(scenario)
+    upper[1] = min(upper[1], (lower[0] + (upper[0] - lower[0]) * point[0]) / scenario.motion.min_move_duration)
+    # The sum may miss a bound by rounding.
+    return nearest_allowed(scenario, lower + (upper - lower) * point)
+
+
+def point_of(scenario: Scenario, parameters: Array) -> Array:
+    """Return the point of the unit cube at which `cast_at` has an allowed cast, both of shape (3,)."""
+    lower, upper = _allowed_bounds(scenario)
+    upper[1] = min(upper[1], parameters[0] / scenario.motion.min_move_duration)
+    width = upper - lower
+    # At the shortest distance a single speed may be allowed.
+    share = np.divide(parameters - lower, width, out=np.full(3, 0.5), where=width > 0)
+    return np.asarray(np.clip(share, 0.0, 1.0))
+
+
+def _allowed_bounds(scenario: Scenario) -> tuple[Array, Array]:
+    """Return the bounds, (3,) each, without distances that at the lowest speed take too little time."""
+    lower, upper = cast_bounds(scenario)
+    lower[0] = max(lower[0], lower[1] * scenario.motion.min_move_duration)
+    return lower, upper
+
+
 def default_cast(scenario: Scenario) -> Cast:
     """Return the cast of those who ask for none: 0.3 m at 0.6 m/s and 0.1 s of wait, or the nearest that is allowed."""
     return Cast.from_array(nearest_allowed(scenario, np.array([0.3, 0.6, 0.1])))

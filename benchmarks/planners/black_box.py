@@ -13,7 +13,7 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from wam_cast.cast import cast_bounds, nearest_allowed
+from wam_cast.cast import cast_at
 from wam_cast.errors import InputError, checked_integer
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array
@@ -124,21 +124,6 @@ class _Evaluations:
         """Return the best of all, the first one if there are several."""
         best = int(np.argmin(self._misses))
         return Found(self._casts[best], np.minimum.accumulate(self._misses))
-
-
-def cast_at(scenario: Scenario, point: Array) -> Array:
-    """Return the allowed cast at a point of the unit cube, both of shape (3,).
-
-    The cube is mapped onto all allowed casts: linearly but for the speed, whose range ends where the move, at this distance, would
-    be too short.
-    """
-    lower, upper = cast_bounds(scenario)
-    shortest = scenario.motion.min_move_duration
-    lower[0] = max(lower[0], lower[1] * shortest)
-    distance = lower[0] + (upper[0] - lower[0]) * point[0]
-    upper[1] = min(upper[1], distance / shortest)
-    # The sum may miss a bound by rounding.
-    return nearest_allowed(scenario, lower + (upper - lower) * point)
 
 
 def _search_grid(evaluate: _Evaluations, _: int) -> None:

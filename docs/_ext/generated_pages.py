@@ -32,6 +32,8 @@ LAYERS = {
     ),
     "visualization": ("Visualization: scenes, replays and films", ["visualization", "visualization/interactive"]),
     "figures": ("Visualization: figures", ["visualization/figures"]),
+    "exchange": ("Exchange: casts as MCAP, and tables of real ones", ["exchange"]),
+    "environments": ("Environments: the cast for learners", ["environments"]),
     "experiments": (
         "Experiments: trials, the paper's experiment, and unknown robots",
         ["experiments", "experiments/paper", "experiments/transfer"],

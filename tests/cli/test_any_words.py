@@ -111,6 +111,7 @@ GOOD = {
 GOOD |= {
     "--replay": "new.html",
     "--animation": "new.gif",
+    "--recording": "new.mcap",
     "--graph": "new.dot",
     "--cup": "0.75",
     "--cast": "0.3,0.6,0.1",

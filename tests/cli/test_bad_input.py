@@ -44,6 +44,8 @@ WORDS = {
     "throw --cup 0.7 --replay missing/a.html": ["missing/a.html", "existing folder"],
     "throw --cup 0.7 --replay text.txt": ["text.txt", ".html"],
     "throw --cup 0.7 --replay .": ["cannot write", "is a directory"],
+    "throw --cup 0.7 --recording missing/a.mcap": ["missing/a.mcap", "existing folder"],
+    "throw --cup 0.7 --recording a.bag": ["a.bag", ".mcap"],
     "throw --cup 0.7 --picture missing/a.png": ["missing/a.png", "existing folder"],
     "throw --cup 0.7 --picture a.jpg": ["a.jpg", ".pdf, .png, .svg"],
     "throw --cup 0.7 --picture a": ["suffix is missing", ".pdf, .png, .svg"],

@@ -311,8 +311,10 @@ def test_an_interrupted_replay_shows_what_was_recorded(cli, folder, monkeypatch)
 
     monkeypatch.setattr(CastSimulator, "_simulate", interrupted)
     words = ("throw", "--cup", "0.7", "--cast", "0.3,0.6,0.1", "--cup", "0.45", "--cast", "0.2,0.5,0", "--json")
-    result = cli(*words, "--replay", "a.html")
-    assert (result.code, result.err) == (130, "interrupted: 1 of 2 casts are shown\nreplay: a.html\ninterrupted\n")
+    result = cli(*words, "--replay", "a.html", "--recording", "a.mcap")
+    told = "interrupted: 1 of 2 casts are shown\nreplay: a.html\nrecording: a.mcap\ninterrupted\n"
+    assert (result.code, result.err) == (130, told)
+    assert (folder / "a.mcap").read_bytes()[1:5] == b"MCAP"
     (record,) = json.loads(result.out)
     assert record["cup"] == [0.7, 0.0]
     page = (folder / "a.html").read_text(encoding="utf-8")

@@ -58,6 +58,8 @@ ELSEWHERE = {
     r"source \.venv/bin/activate": (IN_CI, ".venv/bin/"),
     r"pip install -e '\.\[notebooks\]'": ("pyproject.toml", "notebooks = ["),
     r"pip install -e '\.\[batch\]'": ("pyproject.toml", "batch = ["),
+    r"pip install -e '\.\[gymnasium,batch\]'": ("pyproject.toml", "gymnasium = ["),
+    r"pip install -e '\.\[mcap\]'": ("pyproject.toml", "mcap = ["),
     r"pip install -e '\.\[distributed\]'": ("pyproject.toml", "distributed = ["),
     r"wam-cast show": ("tests/cli/test_explorer.py", 'start("show"'),
     r"wam-cast robot .*": ("tests/wire/test_processes.py", 'start("robot"'),
@@ -190,7 +192,7 @@ def test_shell_runs(page, folder, run):
         # A model of a few casts may miss.
         allowed = {int(declared[1])} if declared else {0, 1} if re.search("--scenario|--model", line) else {0}
         assert code in allowed, f"{line}\nended with {code}:\n{printed}"
-        for file in re.findall(r"--(?:replay|picture|graph|out) (\S+)", line) if line not in CHEAPER else []:
+        for file in re.findall(r"--(?:replay|picture|graph|recording|out) (\S+)", line) if line not in CHEAPER else []:
             assert (folder / file).exists(), f"{line}\ndid not write {file}"
 
 

@@ -12,7 +12,7 @@ from wam_cast.arm.arm_model import models_directory
 from wam_cast.arm.posture import starting_posture
 from wam_cast.cast import Cast
 from wam_cast.motion.stages import CastMotion, Stage
-from wam_cast.robot.controller import ArmController, CastController
+from wam_cast.robot.controller import ArmController, CastController, MeasuredArm
 from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Scenario
 
@@ -344,3 +344,15 @@ def test_what_a_torque_does_to_the_model_changes_no_other_output():
         found.append([*outputs, controller.GetOutputPort("actuation").Eval(context)])
     for one, other in zip(*found, strict=True):
         np.testing.assert_array_equal(one, other)
+
+
+def test_torque_of_a_force_does_its_work_and_carries_the_arm_in_its_posture():
+    controller, arm, force = CastController(SOFT), Arm(), np.array([3.0, -5.0, 7.0])
+    measured = MeasuredArm(controller.plant)
+    measured.measure(STATE_A)
+    torque = controller.torque_of_force(force, measured)
+    none = controller.torque_of_force(np.zeros(3), measured)
+    np.testing.assert_allclose(torque - none, arm.exact_jacobian(STATE_A[:7]).T @ force, atol=1e-12)
+    # At home and at rest the posture asks for nothing.
+    measured.measure(np.concatenate([starting_posture(SOFT), np.zeros(7)]))
+    np.testing.assert_allclose(controller.torque_of_force(np.zeros(3), measured), measured.holding_torque, atol=1e-12)

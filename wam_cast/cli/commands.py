@@ -61,6 +61,7 @@ def throw(
     picture: options.FilmStrip = None,
     animation: options.Film = None,
     robot: options.Robot = None,
+    recording: options.Recording = None,
     seed: options.NoiseSeed = 0,
     as_json: options.AsJson = False,
 ) -> None:
@@ -71,7 +72,7 @@ def throw(
     the arm, and each cast starts from rest at home.
     """
     cups = [parse_cup(text) for text in cup]
-    files = ThrowFiles(replay, picture, animation)
+    files = ThrowFiles(replay, picture, animation, recording)
     files.check(len(cups))
     if robot is not None:
         check_remote(robot, belief, files)

@@ -47,6 +47,10 @@ FilmStrip = Annotated[
 Film = Annotated[
     Path | None, typer.Option(metavar="FILE.gif", help="Write a film of one cast, without its return (also .mp4).")
 ]
+Recording = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE.mcap", help="Write a recording that Foxglove and Rerun open (needs the extra `mcap`)."),
+]
 NoiseSeed = Annotated[
     int,
     typer.Option(

@@ -224,7 +224,18 @@ class CastController(ArmController):
         """Return the law's torque [N m], (7,)."""
         J = arm.Jv_WE
         u_x = self._kp * (desired.p_WE - arm.p_WE) + self._kd * (desired.v_WE - J @ arm.v)
-        posture = self._posture_gain @ (self._posture(desired) - arm.state)
+        return self._torque_of(u_x, J, arm, self._posture(desired))
+
+    def torque_of_force(self, force: Array, arm: MeasuredArm) -> Array:
+        """Return the torque [N m], (7,), with which the hand pushes with a `force` [N], (3,), world frame.
+
+        It is the law's u_q with this force in place of u_x: it carries the arm's weight and keeps the starting posture.
+        """
+        return self._torque_of(force, arm.Jv_WE, arm, self._rest_state)
+
+    def _torque_of(self, u_x: Array, J: Array, arm: MeasuredArm, rest_state: Array) -> Array:
+        """Return u_q of the law, (7,), for a force of the hand, and the arm's state (14,) that the null space keeps."""
+        posture = self._posture_gain @ (rest_state - arm.state)
         # dposv solves a positive definite system without the checks that cost numpy.linalg.solve most of its time.
         _, force_of_posture, failed = dposv(J @ J.T, J @ posture)
         if failed:  # a straight arm cannot push along itself

@@ -18,7 +18,8 @@ from wam_cast.simulation.ball_and_cup import REST_RISE, height_above_support, is
 from wam_cast.simulation.contact_free import ContactFree
 from wam_cast.simulation.integration import Integration
 from wam_cast.simulation.sampled_loop import make_loop
-from wam_cast.simulation.station_loop import DivergedError, bounded_part
+from wam_cast.simulation.station_loop import DivergedError, StationLoop, bounded_part
+from wam_cast.types import Position
 
 LYING_HEIGHT = 1.1
 """A ball whose centre is lower than this many of its radii above floor or stand lies there."""
@@ -47,6 +48,54 @@ class Contact:
     is_carried: bool = False
 
 
+class BallWatch:
+    """Whether the ball has come to rest, seen from poll to poll, `CONTACT_POLL_PERIODS` apart, of a `loop` with contact.
+
+    `cup` is the world (x, y) [m] of the cup's axis.
+
+    Attributes
+    ----------
+    is_at_rest, is_carried
+        Whether the ball rests inside the cup, and whether the cup was touched since it came to rest.
+    lies_outside
+        Whether it lies on the floor or on the cup's stand, beside the cup.
+    """
+
+    def __init__(self, loop: StationLoop, cup: Position) -> None:
+        self._loop, self._cup, self._scenario = loop, cup, loop.station.scenario
+        self._n_low = 0
+        self.is_carried = self.lies_outside = False
+
+    @property
+    def is_at_rest(self) -> bool:
+        """Whether the ball was low and slow in the cup at the last two polls."""
+        return self._n_low > 1
+
+    @property
+    def is_caught(self) -> bool:
+        """Whether the ball rests inside the cup, carried by it."""
+        return self.is_at_rest and self.is_carried
+
+    def poll(self) -> None:
+        """Look at the ball; raises `DivergedError` if no ball could be that fast."""
+        p_WL, speed = self._loop.poll_ball()
+        shape = self._scenario.cup
+        p_CL = p_WL - [*self._cup, shape.rim_height]
+        inside = bool(is_inside(p_CL, shape))
+        is_low = inside and possible_rise(p_CL, speed, self._scenario) < REST_RISE
+        self._n_low = self._n_low + 1 if is_low else 0
+        self.is_carried = self._touches_cup() or (self.is_carried and is_low)
+        lies = height_above_support(p_WL, self._cup, shape) < LYING_HEIGHT * self._scenario.ball.radius
+        self.lies_outside = lies and not inside
+
+    def _touches_cup(self) -> bool:
+        plant = self._loop.plant
+        cup = plant.GetBodyByName("cup").index()
+        contacts = evaluate(plant.get_contact_results_output_port(), self._loop.plant_context)
+        pairs = (contacts.point_pair_contact_info(i) for i in range(contacts.num_point_pair_contacts()))
+        return any(cup in (pair.bodyA_index(), pair.bodyB_index()) for pair in pairs)
+
+
 class ContactPhase:
     """Simulates the contact phase of casts in a `station` with geometry, each where its contact-free phase handed over."""
 
@@ -60,26 +109,16 @@ class ContactPhase:
         assert free.cup is not None
         self._begin(free)
         period, end = self._scenario.controller.period, free.motion.stage_ends[Stage.HOLD]
-        cup, radius = self._scenario.cup, self._scenario.ball.radius
-        n, n_low = round(free.hand_over.time / period), 0
-        is_at_rest = is_carried = has_diverged = False
+        n, watch, has_diverged = round(free.hand_over.time / period), BallWatch(self._loop, free.cup), False
         try:
-            while n * period < end:
+            while n * period < end and not (watch.is_caught or watch.lies_outside):
                 n += CONTACT_POLL_PERIODS
                 self._loop.advance(n)
-                p_WL, speed = self._loop.poll_ball()
-                p_CL = p_WL - [*free.cup, cup.rim_height]
-                inside = bool(is_inside(p_CL, cup))
-                is_low = inside and possible_rise(p_CL, speed, self._scenario) < REST_RISE
-                n_low = n_low + 1 if is_low else 0
-                is_carried = self._touches_cup() or (is_carried and is_low)
-                is_at_rest = n_low > 1
-                lies = height_above_support(p_WL, free.cup, cup) < LYING_HEIGHT * radius
-                if (is_at_rest and is_carried) or (lies and not inside):
-                    break
+                watch.poll()
         except DivergedError:
             has_diverged = True
-        return replace(self._result(free, has_diverged), is_at_rest=is_at_rest, is_carried=is_carried)
+        result = self._result(free, has_diverged)
+        return replace(result, is_at_rest=watch.is_at_rest, is_carried=watch.is_carried)
 
     def go_home(self, free: ContactFree, *, is_settled: bool) -> Contact:
         """Simulate the return, on from where `settle` ended, or from the hand-over if the ball came near nothing."""
@@ -97,14 +136,6 @@ class ContactPhase:
     def _begin(self, free: ContactFree) -> None:
         start = free.hand_over
         self._loop.begin(free.motion, free.cup, noise_seed=free.noise_seed, state=start, time=start.time)
-
-    def _touches_cup(self) -> bool:
-        """Return whether the ball touches the cup."""
-        plant = self._loop.plant
-        cup = plant.GetBodyByName("cup").index()
-        contacts = evaluate(plant.get_contact_results_output_port(), self._loop.plant_context)
-        pairs = (contacts.point_pair_contact_info(i) for i in range(contacts.num_point_pair_contacts()))
-        return any(cup in (pair.bodyA_index(), pair.bodyB_index()) for pair in pairs)
 
     def _result(self, free: ContactFree, has_diverged: bool) -> Contact:
         # The first sample is the state that was handed over: the last one of the contact-free phase.

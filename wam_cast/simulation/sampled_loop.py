@@ -89,13 +89,17 @@ class SampledLoop(StationLoop):
         """Take in the arm's state (14,), and hold what the motors give then: what the station's blocks do at a sample."""
         station, time = self.station, self._n * self._period
         self._arm.measure(arm_state if station.encoders is None else station.encoders.measured(arm_state))
-        desired = Desired(*self._controller.hand_desired(time, self._motion), time, self._motion)
-        torque = self._controller.torque(self._arm, desired)
+        torque = self._commanded(self._arm, time)
         if station.delay is not None:
             torque, self._waiting = pass_through(station.delay, self._waiting, torque)
         if station.torque_noise is not None:
             torque = station.torque_noise.added_to(torque, time, self._noise_seed)
         self._held = station.motors.given(torque, arm_state)
+
+    def _commanded(self, arm: MeasuredArm, time: float) -> Array:
+        """Return the torque [N m], (7,), that the motors are to give, of a measured arm at a `time` [s]: the controller's."""
+        desired = Desired(*self._controller.hand_desired(time, self._motion), time, self._motion)
+        return self._controller.torque(arm, desired)
 
     def _x(self) -> Array:
         x: Array = self.plant_context.get_continuous_state_vector().CopyToVector()

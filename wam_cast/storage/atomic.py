@@ -24,13 +24,14 @@ _numbers = count()
 
 
 @contextmanager
-def replacing(path: Path) -> Iterator[Path]:
+def replacing(path: Path, folder: Path | None = None) -> Iterator[Path]:
     """Give a temporary path beside `path`: what is written there takes the place of `path`, or goes if the context fails.
 
-    Its name is hidden, so that readers of a folder of Parquet skip it. What killed processes have left beside it goes first.
+    With a `folder` it lies there. Its name is hidden. What killed processes have left beside it goes first.
     """
-    _remove_leftovers(path.parent)
-    with _beside(path) as temporary:
+    beside = path if folder is None else folder / path.name
+    _remove_leftovers(beside.parent)
+    with _beside(beside) as temporary:
         yield temporary
         temporary.replace(path)
 

@@ -4,7 +4,7 @@
 
     scenario.yaml              the scenario
     manifest.json              `Manifest`: what the casts depend on, how many are wanted, what made them; with checksums
-    casts/part-00000.parquet   rows 0 to 49, and so on: the casts alone, so that the folder reads as one table
+    casts/part-00000.parquet   rows 0 to 49, and so on: nothing else, so that every reader takes the folder for one table
     set_aside/                 parts that were not what they must be, and were simulated again; so with scenario.yaml
 
 Every file is there in full or not at all. One process at a time works here.

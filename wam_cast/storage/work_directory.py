@@ -117,8 +117,11 @@ class WorkDirectory:
 
     @contextmanager
     def _writing(self, path: Path) -> Iterator[Path]:
-        """Do as `replacing` does. Raises `.InputError` if the system refuses."""
-        with errors_of_writing(self.kind, self.path), replacing(path) as temporary:
+        """Do as `replacing` does. Raises `.InputError` if the system refuses.
+
+        The temporary file is in the directory itself, so that a folder of Parquet never holds anything else: polars skips nothing.
+        """
+        with errors_of_writing(self.kind, self.path), replacing(path, self.path) as temporary:
             yield temporary
 
 

@@ -21,6 +21,7 @@ class ThrowFiles(NamedTuple):
     replay: Path | None
     picture: Path | None
     animation: Path | None
+    recording: Path | None
 
     def check(self, n_cups: int) -> None:
         """Refuse what could not be written of so many casts."""
@@ -39,12 +40,17 @@ class ThrowFiles(NamedTuple):
             from wam_cast.visualization.film import check_animation
 
             check_animation(self.animation)
+        if self.recording:
+            from wam_cast.exchange.mcap_file import check_mcap
+
+            check_mcap(self.recording)
 
     def write(self, recordings: Sequence[wc.CastRecording], landings: Sequence[Array | None]) -> None:
         """Write what is wanted of executed casts, whose predicted `landings` are marked where there are any, and say where.
 
         A file that cannot be written keeps no other from being written. Raises `.InputError` for the first such.
         """
+        from wam_cast.exchange.mcap_file import write_mcap
         from wam_cast.visualization.film import write_animation
         from wam_cast.visualization.film_strip import write_picture
         from wam_cast.visualization.replay import write_replay
@@ -53,6 +59,7 @@ class ThrowFiles(NamedTuple):
             "replay": lambda path: write_replay(recordings, path, landings),
             "picture": lambda path: write_picture(recordings[0], path, landings[0]),
             "animation": lambda path: write_animation(recordings[0], path),
+            "recording": lambda path: write_mcap(recordings, path),
         }
         flaws = []
         for what, write in writers.items():

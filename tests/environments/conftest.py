@@ -1,0 +1,3 @@
+import pytest
+
+pytest.importorskip("gymnasium", reason="the extra `gymnasium` is not installed")

@@ -1,0 +1,105 @@
+"""Tables of recorded casts: what is written is read, and what can be of no robot is refused in one line."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import wam_cast as wc
+from wam_cast.errors import InputError
+from wam_cast.exchange.cast_table import COLUMNS
+
+
+@pytest.fixture
+def table():
+    """Return a plausible table of ten samples at 100 Hz."""
+    rng = np.random.default_rng(0)
+    columns = {"time": 0.01 * np.arange(10)} | {name: rng.uniform(-1, 1, 10) for name in COLUMNS[1:]}
+    return pd.DataFrame(columns)
+
+
+def stored(table, tmp_path, suffix=".csv"):
+    path = tmp_path / f"cast{suffix}"
+    table.to_csv(path, index=False) if suffix == ".csv" else table.to_parquet(path)
+    return path
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
+def test_a_simulated_cast_is_read_back_bit_for_bit(recording, tmp_path, suffix):
+    path = tmp_path / f"cast{suffix}"
+    wc.write_recording(recording, path)
+    found, n_q = wc.read_recording(path), recording.states.shape[1] // 2
+    np.testing.assert_array_equal(found.times, recording.times)
+    np.testing.assert_array_equal(found.q, recording.states[:, :7])
+    np.testing.assert_array_equal(found.v, recording.states[:, n_q : n_q + 7])
+    np.testing.assert_array_equal(found.torques, recording.torques)
+    np.testing.assert_array_equal(found.p_WL, recording.p_WL)
+
+
+def test_columns_may_come_in_any_order_and_some_be_left_out(table, tmp_path):
+    shown = table[["ball_z", "q7", "q6", "time", *(f"q{i}" for i in range(1, 6)), "ball_x", "ball_y"]].copy()
+    shown.loc[3:6, ["ball_x", "ball_y", "ball_z"]] = np.nan  # a slow camera
+    found = wc.read_recording(stored(shown, tmp_path))
+    np.testing.assert_array_equal(found.q, table[[f"q{i}" for i in range(1, 8)]])
+    assert np.isnan(found.v).all()
+    assert np.isnan(found.torques).all()
+    assert np.isfinite(found.p_WL).all(axis=1).tolist() == [True] * 3 + [False] * 4 + [True] * 3
+    assert found.shifted(0.5).times[0] == found.times[0] + 0.5
+
+
+def in_degrees(table):
+    return table.assign(q4=155.0)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "line"),
+    [
+        (lambda t: t.drop(columns="q3"), "column q3 is missing"),
+        (lambda t: t.drop(columns="v3"), "column v3 is missing"),
+        (lambda t: t.drop(columns="time"), "column time is missing"),
+        (lambda t: t.rename(columns={"ball_x": "ball_X"}), "column 'ball_X' is unknown; allowed are time, q1 to q7"),
+        (in_degrees, "column q4, row 1: 155 rad, of at most 7 rad; are these degrees?"),
+        (lambda t: t.assign(v2=100.0), "column v2, row 1: 100 rad/s"),
+        (lambda t: t.assign(torque1=-2000.0), "column torque1, row 1: -2000 N m"),
+        (lambda t: t.assign(ball_z=120.0), "are these millimetres?"),
+        (lambda t: t.assign(time=1e3 * t.time), "steps of 10 s; it is in seconds, are these milliseconds?"),
+        (
+            lambda t: t.assign(time=t.time.where(t.index != 5, 0.0)),
+            "column time, row 6: 0 s after 0.04 s; it must rise",
+        ),
+        (lambda t: t.assign(time=0.1), "it must rise from row to row"),
+        (
+            lambda t: t.assign(q1=t.q1.astype(object).where(t.index != 2, "x")),
+            "column q1, row 3: 'x' is no finite number",
+        ),
+        (lambda t: t.assign(q1=t.q1.where(t.index != 2)), "column q1, row 3: is empty"),
+        (lambda t: t.assign(ball_x=np.inf), "column ball_x, row 1: 'inf' is no finite number"),
+        (lambda t: t.iloc[:1], "1 rows; a cast has two or more"),
+        (lambda t: t.iloc[:0], "0 rows"),
+    ],
+)
+def test_what_no_robot_recorded_is_one_line(table, tmp_path, spoil, line):
+    path = stored(spoil(table), tmp_path)
+    with pytest.raises(InputError) as caught:
+        wc.read_recording(path)
+    assert line in str(caught.value)
+    assert str(caught.value).startswith(f"recording {path}: ")
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["missing.csv", "folder.csv", "empty.csv", "binary.csv", "text.parquet", "cast.txt"])
+def test_what_is_no_table_is_one_line(tmp_path, name):
+    (tmp_path / "folder.csv").mkdir()
+    (tmp_path / "empty.csv").write_text("")
+    (tmp_path / "binary.csv").write_bytes(bytes(range(256)))
+    (tmp_path / "text.parquet").write_text("time,q1\n")
+    with pytest.raises(InputError, match=r"recording .*: ") as caught:
+        wc.read_recording(tmp_path / name)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_table_is_written_whole_or_not_at_all(recording, tmp_path):
+    with pytest.raises(InputError, match=r"\.csv or \.parquet"):
+        wc.write_recording(recording, tmp_path / "cast.xlsx")
+    with pytest.raises(InputError, match="cannot write"):
+        wc.write_recording(recording, tmp_path / "nowhere" / "cast.csv")
+    assert not list(tmp_path.iterdir())

@@ -51,7 +51,7 @@ class Cameras(Part):
     width: Pixels = 640
     height: Pixels = 480
     frame_rate: Annotated[float, Field(ge=1, le=1000)] = 60.0
-    exposure: Annotated[float, Field(ge=0, le=0.1)] = 0.002
+    exposure: Annotated[float, Field(ge=0, le=0.1)] = 0.001
     pixel_noise: Annotated[float, Field(ge=0, le=1)] = 0.01
 
     @model_validator(mode="after")
@@ -59,8 +59,8 @@ class Cameras(Part):
         for number, (position, target) in enumerate(zip(self.positions, self.targets, strict=True), 1):
             if math.dist(position[:2], target[:2]) <= LEVEL_LEAST * math.dist(position, target):
                 raise ValueError(
-                    f"cameras.positions: camera {number} at {list(position)} looks straight up or down at {list(target)}, so that no "
-                    f"side of its picture is level; move it to the side by more than {LEVEL_LEAST:g} of the distance"
+                    f"cameras.positions: camera {number} at {list(position)} looks straight up or down at {list(target)}, so "
+                    f"that no side of its picture is level; move it to the side by more than {LEVEL_LEAST:g} of the distance"
                 )
         if self.exposure >= 1 / self.frame_rate:
             raise ValueError(

@@ -24,7 +24,19 @@ from wam_cast.tether import LOOSE_MARGIN, Tether, lifting_share
 from wam_cast.types import Position, checks_types
 from wam_cast.yaml_file import read_yaml
 
-__all__ = ["Arm", "Ball", "Bounds", "Cameras", "Controller", "Cup", "Motion", "Noise", "Scenario", "Simulation", "String"]
+__all__ = [
+    "Arm",
+    "Ball",
+    "Bounds",
+    "Cameras",
+    "Controller",
+    "Cup",
+    "Motion",
+    "Noise",
+    "Scenario",
+    "Simulation",
+    "String",
+]
 
 AFTER_THE_LANDING = ("fetch_duration", "pull_duration", "slide_duration", "lift_duration", "retreat_duration")
 BEFORE_THE_CAST = ("turn_duration",)
@@ -168,7 +180,7 @@ class Scenario(Part):
 
     @property
     def fingerprint(self) -> str:
-        """Hash of all that a cast's landing depends on: this scenario but for the cup's shape and contact and the cameras, and the arm's model.
+        """Hash of all that a landing depends on: this scenario but for the cup's shape, contact and cameras, and the arm's model.
 
         Of the cup only the height of its rim counts: a model of the landings serves every cup that is as high.
         """

@@ -21,6 +21,7 @@ LAYERS = {
     "motion": ("Motion: how the hand moves", ["motion"]),
     "robot": ("Robot: the arm and its controller as a Drake diagram", ["robot"]),
     "simulation": ("Simulation: from a cast to its outcome", ["simulation"]),
+    "perception": ("Perception: cameras that see the ball", ["perception"]),
     "planning": ("Planning: from a cup to a cast", ["planning"]),
     "learning": ("Learning: datasets and the forward model", ["generation", "learning", "learning/kernel"]),
     "batch": ("Batch: thousands of casts at once", ["batch"]),

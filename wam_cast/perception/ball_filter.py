@@ -11,22 +11,23 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wam_cast.perception.ball_motion import SLACK, Hand, moved, pull
 from wam_cast.perception.pinhole import Camera
-from wam_cast.perception.triangulation import STRING_STD, pixel_std, triangulate, visible_part
+from wam_cast.perception.triangulation import STRING_STD, across_plane, pixel_std, triangulate, visible_part
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array
 
 N_STATES = 7
 """Position, velocity, and the length of the string."""
 
-SPEED_STD = 2.0
-"""Of the ball's velocity at first sight [m/s]."""
+SPEED_STD, ACROSS_SPEED_STD = 2.0, 0.03
+"""Of the ball's velocity at first sight, in the casting plane and across it [m/s]."""
 
-FREE_NOISE, TAUT_NOISE = 0.01, 0.1
-"""Density of the acceleration that the motion does not know [m^2/s^3], free, where the slack string drags at the ball, and on the
-string, which also knows the hand's acceleration from its path alone."""
+FREE_NOISE, TAUT_NOISE, ACROSS_NOISE = 0.001, 0.3, 0.0001
+"""Density of the acceleration that the motion does not know [m^2/s^3]: free, where the slack string drags at the ball; on the
+string, where the hand's acceleration is known from encoders; and across the casting plane, where nothing drives it."""
 
 PULL_SHARE = 0.2
 """A string that pulls by more than this share of the ball's weight is straight."""
@@ -125,7 +126,7 @@ class BallFilter:
             return replace(belief, hand=hand, landing=self._landing(belief, way), is_down=True)
         seen = self._credible(mean, covariance, detections)
         if seen.any():
-            mean, covariance = self._updated_by_pixels(mean, covariance, detections[seen], np.flatnonzero(seen))
+            mean, covariance = self._updated_by_pixels(mean, covariance, detections, seen)
         return BallBelief(*self._straightened(mean, covariance, way), hand, belief.n_seen + int(seen.any()))
 
     def _first_sight(self, detections: Array, hand: Array) -> BallBelief:
@@ -134,8 +135,10 @@ class BallFilter:
         found, covariance = triangulate(self._cameras, detections, hand[:3], self._scenario.string.length)
         mean = np.concatenate([found[:3], hand[3:], found[3:]])
         at = np.r_[0:3, 6]
-        whole = np.diag([0.0, 0.0, 0.0, *[SPEED_STD**2] * 3, 0.0])
+        across = across_plane(hand[:3])
+        whole = np.zeros((N_STATES, N_STATES))
         whole[np.ix_(at, at)] = covariance
+        whole[3:6, 3:6] = SPEED_STD**2 * np.eye(3) + (ACROSS_SPEED_STD**2 - SPEED_STD**2) * np.outer(across, across)
         return BallBelief(mean, whole, hand, 1)
 
     def _predicted(self, mean: Array, covariance: Array, way: Hand, duration: float) -> tuple[Array, Array]:
@@ -143,12 +146,13 @@ class BallFilter:
         later = moved(_points(mean, covariance), way, duration, self._scenario.gravity)
         mean_later, covariance_later = _moments(later)
         is_near = np.linalg.norm(mean[:3] - way.p_WE) > mean[6] - SLACK
-        density = TAUT_NOISE if is_near else FREE_NOISE
-        noise = density * np.array([[duration**3 / 3, duration**2 / 2], [duration**2 / 2, duration]])
-        covariance_later[:6, :6] += np.kron(noise, np.eye(3))
+        density, across = TAUT_NOISE if is_near else FREE_NOISE, across_plane(way.p_WE)
+        directions = density * np.eye(3) + (ACROSS_NOISE - density) * np.outer(across, across)
+        growth = np.array([[duration**3 / 3, duration**2 / 2], [duration**2 / 2, duration]])
+        covariance_later[:6, :6] += np.kron(growth, directions)
         return mean_later, covariance_later
 
-    def _credible(self, mean: Array, covariance: Array, detections: Array) -> Array:
+    def _credible(self, mean: Array, covariance: Array, detections: Array) -> NDArray[np.bool_]:
         """Return which detections can be of the ball, all of it, shape (n,)."""
         seen = visible_part(detections)
         points = _points(mean, covariance)[:, :3]
@@ -164,15 +168,15 @@ class BallFilter:
         return seen
 
     def _updated_by_pixels(
-        self, mean: Array, covariance: Array, detections: Array, which: Array
+        self, mean: Array, covariance: Array, detections: Array, seen: NDArray[np.bool_]
     ) -> tuple[Array, Array]:
-        cameras = [self._cameras[i] for i in which]
-        variances = np.repeat(pixel_std(detections) ** 2, 2)
+        cameras = [self._cameras[i] for i in np.flatnonzero(seen)]
 
         def project(points: Array) -> Array:
             return np.hstack([camera.project(points[:, :3]) for camera in cameras])
 
-        return _updated(mean, covariance, project, detections[:, :2].ravel(), variances)
+        variances = np.repeat(pixel_std(detections[seen]) ** 2, 2)
+        return _updated(mean, covariance, project, detections[seen, :2].ravel(), variances)
 
     def _straightened(self, mean: Array, covariance: Array, way: Hand) -> tuple[Array, Array]:
         """Return the state, known to be as far from the hand as the string is long if that pulls."""

@@ -57,10 +57,23 @@ def make_camera_light() -> RenderEngine:
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """One picture of each camera: when it was taken [s], what was found in it, (n, 4), and what is known of the ball after it."""
+    """A picture of each camera, and what is known after it.
+
+    Attributes
+    ----------
+    time
+        When they were taken [s].
+    detections
+        What was found in each, see `.Detection`, shape (n_cameras, 4); nan where nothing was.
+    hand
+        p_WE [m] and v_WE [m/s] in the arm's own opinion, (6,).
+    belief
+        What is known of the ball then.
+    """
 
     time: float
     detections: Array
+    hand: Array
     belief: BallBelief
 
 
@@ -106,8 +119,9 @@ class BallObserver(PythonSystem):
 
     def _look(self, context: Context, state: State) -> EventStatus:
         detections = np.array([evaluate(port, context) for port in self._detections])
-        later = self._filter.after(self.belief(context), detections, evaluate(self._hand, context).copy())
-        look = Look(context.get_time() - self._late, detections, later)
+        hand = evaluate(self._hand, context).copy()
+        later = self._filter.after(self.belief(context), detections, hand)
+        look = Look(context.get_time() - self._late, detections, hand, later)
         state.get_mutable_abstract_state(int(self._looks)).set_value((*self.looks(context), look))
         return EventStatus.Succeeded()
 
@@ -164,7 +178,7 @@ def add_eyes(
     scene_graph, query_object
         What they look at: the scene graph, which gets a light if it has none for them, and its port or one that exports it.
     hand
-        p_WE [m] and v_WE [m/s], (6,), such as the port `hand_desired` of a `.CastStation`.
+        p_WE [m] and v_WE [m/s], (6,), such as the port `hand` of a `.CastStation`.
     belief
         What is known of string, ball and gravity; by default the same scenario.
     start
@@ -186,6 +200,7 @@ def add_eyes(
         builder.Connect(sensor.color_image_output_port(), shutter.get_input_port())
         builder.Connect(shutter.get_output_port(), detector.get_input_port())
         builder.Connect(detector.get_output_port(), observer.GetInputPort(f"detection{i}"))
-        for blocks, block in ((eyes.sensors, sensor), (eyes.shutters, shutter), (eyes.detectors, detector)):
-            blocks.append(block)
+        eyes.sensors.append(sensor)
+        eyes.shutters.append(shutter)
+        eyes.detectors.append(detector)
     return eyes

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,20 +13,25 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, DiagramBuilder, EventStatus
 from pydrake.systems.primitives import TrajectorySource
 from pydrake.systems.rendering import MultibodyPositionToGeometryPose
-from pydrake.trajectories import PiecewisePolynomial
+from pydrake.trajectories import PiecewisePolynomial, Trajectory
 
+from wam_cast.arm.arm_chain import arm_chain, encoder_resolution
 from wam_cast.errors import InputError
 from wam_cast.motion.stages import Stage
-from wam_cast.perception.ball_detector import N_VALUES
 from wam_cast.perception.ball_filter import Landing
-from wam_cast.perception.ball_observer import add_eyes
+from wam_cast.perception.ball_observer import Look, add_eyes
+from wam_cast.robot.controller import MeasuredArm
 from wam_cast.robot.drake_types import add_system
-from wam_cast.robot.plant import fill_plant
+from wam_cast.robot.encoders import Encoders
+from wam_cast.robot.plant import N_ARM, fill_plant, make_arm_plant
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.recording import CastRecording
 from wam_cast.types import Array, checks_types
 
-BEFORE_DROP = 0.15
+Path: Any = PiecewisePolynomial
+"""The stubs take sequences alone, and no arrays."""
+
+BEFORE_DROP = 0.1
 """How long before the hand drops the cameras begin to look [s]: the string's last swing, from which the ball's speed is known."""
 
 
@@ -35,25 +41,33 @@ class Sighting:
 
     Attributes
     ----------
-    landing
-        Where the ball came down through the rim plane; none if they saw too little of it, or it did not.
-    times
-        Of the pictures [s], from the start of the recording, shape (n,).
-    p_WL
-        Where the ball was then, in the filter's opinion after each [m], shape (n, 3); nan before it was seen.
-    detections
-        What was found in each picture of each camera, see `.Detection`, shape (n, n_cameras, 4); nan where nothing was.
+    looks
+        In order, until the ball was down.
     """
 
-    landing: Landing | None
-    times: Array
-    p_WL: Array
-    detections: Array
+    looks: tuple[Look, ...]
+
+    @property
+    def landing(self) -> Landing | None:
+        """Where the ball came down through the rim plane; none if they saw too little of it, or it did not."""
+        return self.looks[-1].belief.landing if self.looks else None
+
+    @property
+    def times(self) -> Array:
+        """Of the pictures [s], from the start of the recording, shape (n,)."""
+        return np.array([look.time for look in self.looks])
+
+    @property
+    def p_WL(self) -> Array:
+        """Where the ball was then, by all that had been seen [m], shape (n, 3); nan before it was seen, and when it was down."""
+        ball = [None if look.belief.is_down else look.belief.mean for look in self.looks]
+        return np.array([np.full(3, np.nan) if one is None else one[:3] for one in ball]).reshape(-1, 3)
 
     @property
     def n_seen(self) -> NDArray[np.int_]:
         """In how many pictures each camera found the ball, shape (n_cameras,)."""
-        return np.asarray(np.isfinite(self.detections[..., 0]).sum(axis=0))
+        found = np.array([np.isfinite(look.detections[:, 0]) for look in self.looks])
+        return np.asarray(found.sum(axis=0))
 
 
 @checks_types
@@ -84,14 +98,15 @@ def observe_cast(recording: CastRecording, *, belief: Scenario | None = None, no
     builder = DiagramBuilder()
     scene_graph = add_system(builder, "scene_graph", SceneGraph())
     plant = MultibodyPlant(time_step=0.0)
-    plant.RegisterAsSourceForSceneGraph(scene_graph)
+    source = plant.RegisterAsSourceForSceneGraph(scene_graph)
     fill_plant(plant, scenario, cup=None if recording.cup is None else scenario.place_of_cup(recording.cup))
-    positions = PiecewisePolynomial.FirstOrderHold(recording.times, recording.states[:, : plant.num_positions()].T)
-    states = add_system(builder, "recorded_positions", TrajectorySource(positions))
+    q = recording.states[:, : plant.num_positions()]
+    states = add_system(builder, "recorded_positions", TrajectorySource(Path.FirstOrderHold(recording.times, q.T)))
     poses = add_system(builder, "poses", MultibodyPositionToGeometryPose(plant))
     builder.Connect(states.get_output_port(), poses.get_input_port())
-    builder.Connect(poses.get_output_port(), scene_graph.get_source_pose_port(plant.get_source_id()))
-    hand = add_system(builder, "hand", TrajectorySource(_hand_path(recording), output_derivative_order=1))
+    builder.Connect(poses.get_output_port(), scene_graph.get_source_pose_port(source))
+    path = _hand_path(recording, belief or scenario, start - cameras.exposure)
+    hand = add_system(builder, "hand", TrajectorySource(path, output_derivative_order=1))
     eyes = add_eyes(
         builder,
         scenario,
@@ -110,16 +125,8 @@ def observe_cast(recording: CastRecording, *, belief: Scenario | None = None, no
         return EventStatus.ReachedTermination(eyes.observer, "the ball is down") if is_over else EventStatus.Succeeded()
 
     simulator.set_monitor(is_down)
-    simulator.AdvanceTo(max(end, start))
-    looks = eyes.observer.looks(eyes.observer.GetMyContextFromRoot(simulator.get_context()))
-    beliefs = [look.belief for look in looks]
-    p_WL = [np.full(3, np.nan) if one.mean is None else one.mean[:3] for one in beliefs]
-    return Sighting(
-        beliefs[-1].landing if looks else None,
-        np.array([look.time for look in looks]),
-        np.array(p_WL).reshape(-1, 3),
-        np.array([look.detections for look in looks]).reshape(-1, cameras.number, N_VALUES),
-    )
+    simulator.AdvanceTo(max(end, start + 1 / cameras.frame_rate))
+    return Sighting(eyes.observer.looks(eyes.observer.GetMyContextFromRoot(simulator.get_context())))
 
 
 def _drop_time(recording: CastRecording) -> float:
@@ -127,7 +134,16 @@ def _drop_time(recording: CastRecording) -> float:
     return float(recording.times[min(int(np.sum(recording.stages < Stage.DROP)), len(recording.times) - 1)])
 
 
-def _hand_path(recording: CastRecording) -> PiecewisePolynomial:
-    """Return where the controller wants the hand, or where it is if the controller does not say."""
-    path = recording.p_WE_desired if np.isfinite(recording.p_WE_desired).all() else recording.p_WE
-    return PiecewisePolynomial.CubicHermite(recording.times, path.T, np.gradient(path, recording.times, axis=0).T)
+def _hand_path(recording: CastRecording, belief: Scenario, start: float) -> Trajectory:
+    """Return the hand's path from `start` [s] on, in the arm's own opinion: what its encoders read, by its believed kinematics."""
+    robot, n_q = recording.scenario, recording.states.shape[1] // 2
+    some = slice(max(int(np.searchsorted(recording.times, start)) - 1, 0), None)
+    resolution = encoder_resolution(arm_chain(robot.arm), robot.noise.encoder_counts)
+    encoders = Encoders(resolution, robot.controller.period, np.array(robot.arm.encoder_offset))
+    arm, hand = MeasuredArm(make_arm_plant(belief)), []
+    for state in recording.states[some]:
+        arm.measure(encoders.measured(state[np.r_[:N_ARM, n_q : n_q + N_ARM]]))
+        hand.append((arm.p_WE, arm.v_WE))
+    p_WE, v_WE = np.transpose(hand, (1, 2, 0))
+    path: Trajectory = Path.CubicHermite(recording.times[some], p_WE, v_WE)
+    return path

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,10 +66,11 @@ class Shutter(PythonSystem):
             since = cameras.exposure * ((step + 0.5) / self._n_steps - 0.5)
             update = self._open if step == 0 else self._go_on
             self.DeclarePeriodicUnrestrictedUpdateEvent(1 / cameras.frame_rate, start + since, update)
+        calc: Any = self._calc_picture  # the stubs want one of any two objects
         self.DeclareAbstractOutputPort(
             "picture",
             lambda: Value(ImageRgba8U(cameras.width, cameras.height)),
-            self._calc_picture,
+            calc,
             {self.abstract_state_ticket(self._exposure)},
         )
 

@@ -8,12 +8,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from wam_cast.perception.pinhole import Camera
 from wam_cast.types import Array
 
-CENTRE_STD = 0.15
+CENTRE_STD = 0.07
 """Standard deviation of a detected centre without noise of pixels [pixels]: its edge is drawn in whole ones, and what it hides and
 what hides it differ from side to side. `benchmarks/cameras.py` measures it."""
 
@@ -23,14 +24,14 @@ LENGTH_STD = 0.02
 STRING_STD = 0.003
 """Of the distance between hand and ball from that length while the string is taut [m]: it is bent a little."""
 
-ACROSS_STD = 0.02
-"""Of the ball's distance from the plane through the base axis and the hand [m]: a cast swings in it."""
+ACROSS_STD = 0.005
+"""Of the ball's distance from the casting plane, that through the base axis and the hand [m]: a cast swings in it."""
 
 SEARCH_STD = 1.0
 """Of where the ball is before anything is seen [m], so that there is an answer at all."""
 
 
-def visible_part(detections: Array) -> Array:
+def visible_part(detections: Array) -> NDArray[np.bool_]:
     """Return which cameras see the ball, shape (n,), of their detections, shape (n, 4)."""
     return np.asarray(np.isfinite(detections).all(axis=1))
 
@@ -40,9 +41,12 @@ def pixel_std(detections: Array) -> Array:
     return np.asarray(np.hypot(CENTRE_STD, detections[:, 2]))
 
 
-def triangulate(
-    cameras: Sequence[Camera], detections: Array, p_WE: Array, length: float, *, across_std: float = ACROSS_STD
-) -> tuple[Array, Array]:
+def across_plane(p_WE: Array) -> Array:
+    """Return the unit vector across the casting plane, (3,), for a hand at p_WE [m], (3,)."""
+    return np.array([-p_WE[1], p_WE[0], 0.0]) / np.hypot(p_WE[0], p_WE[1])
+
+
+def triangulate(cameras: Sequence[Camera], detections: Array, p_WE: Array, length: float) -> tuple[Array, Array]:
     """Return where the ball on a taut string is, and the string's length: the likeliest (4,) [m], and its covariance (4, 4) [m^2].
 
     Parameters
@@ -55,12 +59,10 @@ def triangulate(
         The hand [m], (3,).
     length
         Of the string, to within `LENGTH_STD` [m].
-    across_std
-        By how much the ball may be off the plane through base axis and hand [m].
     """
     seen = visible_part(detections)
     std = pixel_std(detections)
-    across = np.array([-p_WE[1], p_WE[0], 0.0]) / np.hypot(p_WE[0], p_WE[1])
+    across = across_plane(p_WE)
     below = p_WE - [0.0, 0.0, length]
 
     def residuals(unknown: Array) -> Array:
@@ -71,7 +73,7 @@ def triangulate(
             if is_seen
         ]
         straight = (np.linalg.norm(p_WL - p_WE) - unknown[3]) / STRING_STD
-        known = [straight, (unknown[3] - length) / LENGTH_STD, across @ p_WL / across_std]
+        known = [straight, (unknown[3] - length) / LENGTH_STD, across @ p_WL / ACROSS_STD]
         return np.concatenate([*parts, known, (p_WL - below) / SEARCH_STD])
 
     found = least_squares(residuals, np.append(below, length), method="lm")

@@ -1,6 +1,7 @@
 """How well cameras see where the ball lands, whether their standard deviation holds, and what it costs to learn from them.
 
-    python benchmarks/cameras.py [--casts 50] [--robots 8] [--throws 5] [--seed 0] [--picture FILE.png]
+    python benchmarks/cameras.py [--casts 50] [--robots 8] [--throws 5] [--seed 0]
+                                  [--picture FILE] [--views FILE]
 
 First, a robot with the noise that is to be expected of a real arm casts into random cups, and both cameras look. The same pictures
 serve one camera alone, fewer of them, and cameras that stand elsewhere than they are taken to. Then robots that nobody told about
@@ -39,8 +40,9 @@ from wam_cast.simulation.recording import CastRecording
 from wam_cast.simulation.simulator import CastSimulator
 from wam_cast.types import Array
 from wam_cast.visualization.figures.model_figures import draw_calibration
+from wam_cast.visualization.film_strip import draw_sighting
 from wam_cast.visualization.picture_files import check_picture, write_figure
-from wam_cast.visualization.style import figure_style
+from wam_cast.visualization.style import figure_style, picture_style
 
 SCENARIO = Scenario(noise=Noise.typical(), cameras=Cameras(number=2))
 BEARINGS = 0.5
@@ -72,7 +74,7 @@ def again(
     share: float = 1.0,
     move: Callable[[Camera], Camera] = lambda camera: camera,
 ) -> Landing | None:
-    """Return where the ball is seen to land by some of the cameras, in every so-manieth picture, or in a share of them drawn at random."""
+    """Return where the ball is seen to land by some of the cameras, in every so-manieth picture, or a share of them."""
     cameras = [move(camera) for camera in np.array(believed_cameras(SCENARIO.cameras), dtype=object)[list(which)]]
     ball_filter, belief = BallFilter(SCENARIO, cameras, every / SCENARIO.cameras.frame_rate), BallBelief()
     rng = np.random.default_rng(len(sighting.looks))
@@ -202,15 +204,21 @@ def main() -> None:
     arguments.add_argument("--robots", type=int, default=8, help="that learn; 0: none")
     arguments.add_argument("--throws", type=int, default=5, help="of each robot")
     arguments.add_argument("--seed", type=int, default=0)
-    arguments.add_argument("--picture", type=Path, help="of errors and standard deviations")
+    arguments.add_argument("--picture", type=Path, metavar="FILE", help="write the reliability diagram there")
+    arguments.add_argument(
+        "--views", type=Path, metavar="FILE", help="write what the cameras saw of the first cast there"
+    )
     options = arguments.parse_args()
-    if options.picture is not None:
-        check_picture(options.picture)
+    for path in filter(None, (options.picture, options.views)):
+        check_picture(path)
     if options.casts:
         seen = watched(options.casts, options.seed)
         print_errors(seen)
         if options.picture is not None:
             draw_reliability(seen, options.picture)
+        if options.views is not None:
+            with picture_style():
+                write_figure(draw_sighting(*seen[0]), options.views)
     if options.robots:
         print_learning(options.robots, options.throws, options.seed)
 

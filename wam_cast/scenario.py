@@ -17,8 +17,8 @@ import yaml
 from pydantic import Field, ValidationError, model_validator
 
 from wam_cast.arm.arm_model import arm_model
-from wam_cast.camera_parts import Cameras
 from wam_cast.errors import InputError, describe_validation
+from wam_cast.parts.camera_parts import Cameras
 from wam_cast.scenario_parts import Arm, Ball, Bounds, Controller, Cup, Motion, Noise, Part, Simulation, String
 from wam_cast.tether import LOOSE_MARGIN, Tether, lifting_share
 from wam_cast.types import Position, checks_types

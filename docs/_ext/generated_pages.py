@@ -15,7 +15,7 @@ from wam_cast.cli.commands import app as command_line
 PACKAGE = Path(wam_cast.__file__).parent
 
 LAYERS = {
-    "base": ("Base: scenario, cast and what all layers share", [".", "arm"]),
+    "base": ("Base: scenario, cast and what all layers share", [".", "arm", "parts"]),
     "parallel": ("Parallel: processes, threads and seeds", ["parallel"]),
     "storage": ("Storage: files and directories", ["storage"]),
     "motion": ("Motion: how the hand moves", ["motion"]),

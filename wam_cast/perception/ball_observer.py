@@ -155,6 +155,11 @@ class Eyes:
     shutters: list[Shutter]
     detectors: list[BallDetector]
 
+    def set_seed(self, context: Context, noise_seed: int) -> None:
+        """Set in the diagram's `context` what the pixels' noise is drawn from; by default it is 0."""
+        for shutter in self.shutters:
+            shutter.set_seed(shutter.GetMyMutableContextFromRoot(context), noise_seed)
+
 
 def add_eyes(
     builder: DiagramBuilder,
@@ -165,7 +170,6 @@ def add_eyes(
     *,
     belief: Scenario | None = None,
     start: float = 0.1,
-    noise_seed: int = 0,
 ) -> Eyes:
     """Add a scenario's cameras to a diagram, and what finds the ball in their pictures: camera, shutter, detector, observer.
 
@@ -183,8 +187,6 @@ def add_eyes(
         What is known of string, ball and gravity; by default the same scenario.
     start
         Of the first pictures [s], later than half an exposure.
-    noise_seed
-        Draws the pixels' noise.
     """
     if not scene_graph.HasRenderer(RENDERER):
         scene_graph.AddRenderer(RENDERER, make_camera_light())
@@ -194,7 +196,7 @@ def add_eyes(
     eyes = Eyes(observer, [], [], [])
     for i, camera in enumerate(true_cameras(cameras)):
         sensor = add_system(builder, f"camera{i}", camera.to_sensor(world))
-        shutter = add_system(builder, f"shutter{i}", Shutter(cameras, i, start, noise_seed))
+        shutter = add_system(builder, f"shutter{i}", Shutter(cameras, i, start))
         detector = add_system(builder, f"detector{i}", BallDetector(cameras))
         builder.Connect(query_object, sensor.query_object_input_port())
         builder.Connect(sensor.color_image_output_port(), shutter.get_input_port())

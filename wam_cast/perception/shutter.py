@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue, Value
-from pydrake.systems.framework import Context, EventStatus, State
+from pydrake.systems.framework import AbstractParameterIndex, Context, EventStatus, State
 from pydrake.systems.sensors import ImageRgba8U
 
 from wam_cast.motion.noise_draws import Source, random_stream
-from wam_cast.robot.drake_types import evaluate, held
+from wam_cast.robot.drake_types import evaluate, held, weakly
 from wam_cast.robot.python_system import PythonSystem
 from wam_cast.scenario import Cameras
 
@@ -38,7 +38,8 @@ class Shutter(PythonSystem):
     """Makes of the pictures of a perfect camera those of a real one, a frame each period.
 
     A frame is the mean of what was seen while the shutter was open, which is at frame k from `start + k * period - exposure / 2`
-    on. From `start + k * period + exposure / 2` on its picture is there.
+    on. From `start + k * period + exposure / 2` on its picture is there. The pixels' noise is a pure function of the noise seed, an
+    abstract parameter of the context, and of the frame's number.
 
     Ports: color_image -> picture; both are `ImageRgba8U`.
 
@@ -50,13 +51,11 @@ class Shutter(PythonSystem):
         Number of the camera, 0 or 1: each has noise of its own.
     start
         Of frame 0 [s]; later than half an exposure.
-    noise_seed
-        Draws the pixels' noise: the same seed gives the same pictures.
     """
 
-    def __init__(self, cameras: Cameras, which: int, start: float, noise_seed: int = 0) -> None:
+    def __init__(self, cameras: Cameras, which: int, start: float) -> None:
         super().__init__()
-        self._noise, self._which, self._seed = FULL_SCALE * cameras.pixel_noise, which, noise_seed
+        self._noise, self._which = FULL_SCALE * cameras.pixel_noise, which
         shape = (cameras.height, cameras.width)
         self._n_steps = max(1, math.ceil(cameras.exposure / BLUR_STEP - 1e-9))
         self._input = self.DeclareAbstractInputPort("color_image", Value(ImageRgba8U(cameras.width, cameras.height)))
@@ -66,13 +65,21 @@ class Shutter(PythonSystem):
             since = cameras.exposure * ((step + 0.5) / self._n_steps - 0.5)
             update = self._open if step == 0 else self._go_on
             self.DeclarePeriodicUnrestrictedUpdateEvent(1 / cameras.frame_rate, start + since, update)
-        calc: Any = self._calc_picture  # the stubs want one of any two objects
+        # A Python object, since a number of Drake's could not hold every integer.
+        self._seed = self.DeclareAbstractParameter(Value[object](0))
+        seed = self.abstract_parameter_ticket(AbstractParameterIndex(self._seed))
+        # Not weakly, the port would keep the system for ever. The stubs want a function of any two objects.
+        calc: Any = weakly(self._calc_picture)
         self.DeclareAbstractOutputPort(
             "picture",
             lambda: Value(ImageRgba8U(cameras.width, cameras.height)),
             calc,
-            {self.abstract_state_ticket(self._exposure)},
+            {self.abstract_state_ticket(self._exposure), seed},
         )
+
+    def set_seed(self, context: Context, noise_seed: int) -> None:
+        """Set the noise seed in this system's own `context`: the same one gives the same pictures."""
+        context.get_mutable_abstract_parameter(self._seed).set_value(noise_seed)
 
     def _open(self, context: Context, state: State) -> EventStatus:
         return self._expose(context, state, is_first=True)
@@ -91,7 +98,8 @@ class Shutter(PythonSystem):
         exposure: Exposure = held(context.get_abstract_state(int(self._exposure)))
         light = exposure.light / self._n_steps
         if self._noise > 0:
-            rng = random_stream(self._seed, Source.PIXELS, MOST_CAMERAS * exposure.n_begun + self._which)
+            seed = held(context.get_abstract_parameter(self._seed))
+            rng = random_stream(seed, Source.PIXELS, MOST_CAMERAS * exposure.n_begun + self._which)
             light = light + np.float32(self._noise) * rng.standard_normal(light.shape, dtype=np.float32)
         pixels = held(output).mutable_data
         pixels[..., :3] = np.clip(np.rint(light), 0, FULL_SCALE)

@@ -43,7 +43,7 @@ def pixel_std(detections: Array) -> Array:
 
 def across_plane(p_WE: Array) -> Array:
     """Return the unit vector across the casting plane, (3,), for a hand at p_WE [m], (3,)."""
-    return np.array([-p_WE[1], p_WE[0], 0.0]) / np.hypot(p_WE[0], p_WE[1])
+    return np.asarray(np.array([-p_WE[1], p_WE[0], 0.0]) / np.hypot(p_WE[0], p_WE[1]))
 
 
 def triangulate(cameras: Sequence[Camera], detections: Array, p_WE: Array, length: float) -> tuple[Array, Array]:

@@ -25,7 +25,7 @@ N_STATES = 7
 SPEED_STD, ACROSS_SPEED_STD = 2.0, 0.03
 """Of the ball's velocity at first sight, in the casting plane and across it [m/s]."""
 
-FREE_NOISE, TAUT_NOISE, ACROSS_NOISE = 0.001, 0.3, 0.0001
+FREE_NOISE, TAUT_NOISE, ACROSS_NOISE = 0.0003, 0.3, 0.0001
 """Density of the acceleration that the motion does not know [m^2/s^3]: free, where the slack string drags at the ball; on the
 string, where the hand's acceleration is known from encoders; and across the casting plane, where nothing drives it."""
 

@@ -14,7 +14,7 @@ from scipy.optimize import least_squares
 from wam_cast.perception.pinhole import Camera
 from wam_cast.types import Array
 
-CENTRE_STD = 0.07
+CENTRE_STD = 0.05
 """Standard deviation of a detected centre without noise of pixels [pixels]: its edge is drawn in whole ones, and what it hides and
 what hides it differ from side to side. `benchmarks/cameras.py` measures it."""
 

@@ -25,7 +25,7 @@ from scipy.spatial.transform import Rotation
 
 from wam_cast.adaptation.adaptive_model import AdaptiveModel
 from wam_cast.adaptation.campaign import run_campaign
-from wam_cast.adaptation.robot import LARGEST_STD, SimulatedRobot
+from wam_cast.adaptation.robot import SimulatedRobot
 from wam_cast.adaptation.robot_distribution import RobotDistribution
 from wam_cast.cli.terminal import print_table
 from wam_cast.experiments.statistics import coverage
@@ -142,26 +142,22 @@ def draw_reliability(seen: list[tuple[CastRecording, Sighting]], path: Path) -> 
 
 
 class Watched(SimulatedRobot):
-    """A robot that keeps what became of its casts in truth, and whose observer is blind at every so-manieth of them."""
+    """A robot that keeps what became of its casts in truth."""
 
-    def __init__(self, *given, blind: int = 0, observe: str = "direct", **options) -> None:
-        super().__init__(*given, observe=observe, **options)
-        self.outcomes, self._blind, self._source = [], blind, observe
+    def __init__(self, *given, **options) -> None:
+        super().__init__(*given, **options)
+        self.outcomes = []
 
-    def _seen(self, cast, cup, noise_seed, rng):
-        is_blind = self._blind > 0 and (len(self.outcomes) + 1) % self._blind == 0
-        self._observe = "direct" if is_blind else self._source  # what nobody sees need not be rendered
-        outcome, landing, std = super()._seen(cast, cup, noise_seed, rng)
+    def _seen(self, *given):
+        outcome, landing, std = super()._seen(*given)
         self.outcomes.append(outcome)
-        return (outcome, np.full(2, np.nan), LARGEST_STD) if is_blind else (outcome, landing, std)
+        return outcome, landing, std
 
 
 SOURCES = {
     "the truth": {"landing_std": 0.0},
     "measured to 2 mm": {"landing_std": 0.002},
     "two cameras": {"observe": "camera"},
-    "two cameras, every second landing unseen": {"observe": "camera", "blind": 2},
-    "nothing": {"blind": 1},
 }
 
 

@@ -80,6 +80,7 @@ DOES_NOT_MATTER = [
     {"cameras": {"targets": [[0.5, 0.0, 0.3], [0.6, 0.0, 0.3]]}},
     {"cameras": {"offsets": [[0.01, 0.0, 0.0], [0.0, 0.0, 0.0]]}},
     {"cameras": {"turns": [[0.01, 0.0, 0.0], [0.0, 0.0, 0.0]]}},
+    {"cameras": {"calibration_std": 0.001}},
     {"cameras": {"field_of_view": 0.8}},
     {"cameras": {"width": 320}},
     {"cameras": {"height": 240}},

@@ -50,8 +50,8 @@ def look(path, rng, cameras=CAMERAS):
     return found
 
 
-def watch(detections, cameras=CAMERAS, scenario=SCENARIO, hand=hand_at):
-    ball_filter, belief, beliefs = BallFilter(scenario, cameras, FRAME), BallBelief(), []
+def watch(detections, cameras=CAMERAS, hand=hand_at, **options):
+    ball_filter, belief, beliefs = BallFilter(SCENARIO, cameras, FRAME, **options), BallBelief(), []
     for number in range(len(detections) + 4):
         seen = detections[number] if number < len(detections) else np.full((len(cameras), 4), np.nan)
         belief = ball_filter.after(belief, seen, hand(number))
@@ -149,6 +149,14 @@ def test_nothing_changes_with_the_order_of_the_cameras_nor_with_the_bearing(cast
         turned.position, turn[:2, :2] @ expected.position, atol=1e-6
     )  # cubature points turn with the world's axes
     np.testing.assert_allclose(turned.covariance, turn[:2, :2] @ expected.covariance @ turn[:2, :2].T, atol=1e-9)
+
+
+def test_errors_of_the_calibration_add_to_what_the_pictures_leave(casts):
+    _, _, detections = casts[4]
+    sharp = watch(detections)[-1].landing
+    unsure = watch(detections, calibration_std=0.003)[-1].landing
+    np.testing.assert_array_equal(unsure.position, sharp.position)
+    np.testing.assert_allclose(unsure.covariance - sharp.covariance, 9e-6 * np.eye(2), atol=1e-15)
 
 
 def test_what_the_rim_does_to_the_ball_does_not_count(casts):

@@ -30,6 +30,8 @@ class Cameras(Part):
     offsets, turns
         Of each: by how much it stands elsewhere than `positions` says [m], in the world, and is turned besides [rad], a rotation
         vector about its own axes: errors of a calibration, of which whoever reads its pictures does not know.
+    calibration_std
+        Standard deviation of a landing for such errors, in x and in y [m]: whoever reads the pictures adds it to what they leave.
     field_of_view
         Of a picture's height [rad].
     width, height
@@ -47,6 +49,7 @@ class Cameras(Part):
     targets: tuple[Point, Point] = ((0.6, 0.0, 0.3), (0.6, 0.0, 0.3))
     offsets: tuple[Shift, Shift] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     turns: tuple[Shift, Shift] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    calibration_std: Annotated[float, Field(ge=0, le=0.2)] = 0.0
     field_of_view: Annotated[float, Field(ge=0.05, le=2.5)] = 0.7
     width: Pixels = 640
     height: Pixels = 480

@@ -38,6 +38,9 @@ GATE = 5.0
 HIDDEN_SHARE = 0.8
 """A patch narrower than this share of what the ball looks like is part of a ball that something hides."""
 
+SMALLEST = 1e-12
+"""Variance that is added where a root is taken of them [m^2], against rounding: a micrometre's."""
+
 LEAST_FRAMES = 3
 """In which the ball must have been seen: its velocity takes two, and one that agrees."""
 
@@ -76,7 +79,9 @@ class BallBelief:
     n_seen
         Pictures in which a camera saw it.
     landing
-        Once it has come down, if it has.
+        Once it has come down; none if too little was seen of it.
+    is_down
+        Whether it has: then nothing changes any more.
     """
 
     mean: Array | None = None
@@ -98,10 +103,15 @@ class BallFilter:
         As they are believed to stand.
     period
         From picture to picture [s].
+    calibration_std
+        Of a landing for errors in where the cameras stand, in x and in y [m].
     """
 
-    def __init__(self, scenario: Scenario, cameras: Sequence[Camera], period: float) -> None:
+    def __init__(
+        self, scenario: Scenario, cameras: Sequence[Camera], period: float, calibration_std: float = 0.0
+    ) -> None:
         self._scenario, self._cameras, self._period = scenario, tuple(cameras), period
+        self._calibration_std = calibration_std
 
     def after(self, belief: BallBelief, detections: Array, hand: Array) -> BallBelief:
         """Return what is known after one more picture of each camera.
@@ -204,13 +214,14 @@ class BallFilter:
         mean, covariance = self._predicted(belief.mean, belief.covariance, way, duration)
         points = _points(mean, covariance)
         late = (height - points[:, 2]) / np.minimum(points[:, 5], -1e-3)
-        return Landing(*_moments(points[:, :2] + late[:, np.newaxis] * points[:, 3:5]))
+        position, spread = _moments(points[:, :2] + late[:, np.newaxis] * points[:, 3:5])
+        return Landing(position, spread + self._calibration_std**2 * np.eye(2))
 
 
 def _points(mean: Array, covariance: Array) -> Array:
     """Return the cubature points of a normal distribution, shape (2 n, n)."""
     n = len(mean)
-    root = np.linalg.cholesky(covariance + 1e-15 * np.eye(n))
+    root = np.linalg.cholesky(covariance + SMALLEST * np.eye(n))
     return np.vstack([mean + math.sqrt(n) * root.T, mean - math.sqrt(n) * root.T])
 
 

@@ -95,7 +95,7 @@ class BallObserver(PythonSystem):
     def __init__(self, scenario: Scenario, belief: Scenario, start: float) -> None:
         super().__init__()
         cameras, period = scenario.cameras, 1 / scenario.cameras.frame_rate
-        self._filter = BallFilter(belief, believed_cameras(cameras), period)
+        self._filter = BallFilter(belief, believed_cameras(cameras), period, cameras.calibration_std)
         self._detections = [
             self.DeclareVectorInputPort(f"detection{i}", N_VALUES) for i in range(scenario.cameras.number)
         ]

@@ -15,8 +15,8 @@ from wam_cast.perception.pinhole import Camera
 from wam_cast.types import Array
 
 CENTRE_STD = 0.05
-"""Standard deviation of a detected centre without noise of pixels [pixels]: its edge is drawn in whole ones, and what it hides and
-what hides it differ from side to side. `benchmarks/cameras.py` measures it."""
+"""Standard deviation of a detected centre without noise of pixels [pixels]: its edge is drawn in whole ones, and what is around it
+differs from side to side."""
 
 LENGTH_STD = 0.02
 """Of the string's length [m], as far as it is known; what is known wrong of the hand's place is in it."""

@@ -170,7 +170,7 @@ def draw_sighting(recording: CastRecording, sighting: Sighting) -> Figure:
         along, height = sighting.landing.position @ heading[:2], recording.scenario.cup.rim_height
         side.plot(along * MM, height * MM, "x", color="C3", markersize=9, markeredgewidth=2, label="observed landing")
     side.set(aspect="equal", xlabel="along the casting plane [mm]", ylabel="height [mm]")
-    draw_legend(side, loc="best")
+    draw_legend(side, loc="lower center", bbox_to_anchor=(0.5, 1.0))
     figure.suptitle(_what_was_seen(recording, sighting), color=INK)
     return figure
 

@@ -108,11 +108,11 @@ CALLS = {
     "RobotDistribution.draw": (lambda: wc.RobotDistribution().draw, {"seed": 0}),
     "SimulatedRobot": (
         lambda: wc.SimulatedRobot,
-        {"truth": SCENARIO, "belief": None, "seed": 0, "landing_std": 0.0, "n_before": 0},
+        {"truth": SCENARIO, "belief": None, "seed": 0, "landing_std": 0.0, "observe": "direct", "n_before": 0},
     ),
     "SimulatedRobot.draw": (
         lambda: wc.SimulatedRobot.draw,
-        {"robots": wc.RobotDistribution(), "seed": 0, "landing_std": 0.0},
+        {"robots": wc.RobotDistribution(), "seed": 0, "landing_std": 0.0, "observe": "direct"},
     ),
     "SimulatedRobot.cast": (lambda: wc.SimulatedRobot(SCENARIO).cast, {"cast": CAST, "cup": CUP}),
     "AdaptiveModel.from_prior": (

@@ -18,12 +18,25 @@ from pydantic import Field, ValidationError, model_validator
 
 from wam_cast.arm.arm_model import arm_model
 from wam_cast.errors import InputError, describe_validation
+from wam_cast.parts.camera_parts import Cameras
 from wam_cast.scenario_parts import Arm, Ball, Bounds, Controller, Cup, Motion, Noise, Part, Simulation, String
 from wam_cast.tether import LOOSE_MARGIN, Tether, lifting_share
 from wam_cast.types import Position, checks_types
 from wam_cast.yaml_file import read_yaml
 
-__all__ = ["Arm", "Ball", "Bounds", "Controller", "Cup", "Motion", "Noise", "Scenario", "Simulation", "String"]
+__all__ = [
+    "Arm",
+    "Ball",
+    "Bounds",
+    "Cameras",
+    "Controller",
+    "Cup",
+    "Motion",
+    "Noise",
+    "Scenario",
+    "Simulation",
+    "String",
+]
 
 AFTER_THE_LANDING = ("fetch_duration", "pull_duration", "slide_duration", "lift_duration", "retreat_duration")
 BEFORE_THE_CAST = ("turn_duration",)
@@ -44,6 +57,7 @@ class Scenario(Part):
     controller: Controller = Controller()
     motion: Motion = Motion()
     noise: Noise = Noise()
+    cameras: Cameras = Cameras()
     simulation: Simulation = Simulation()
     bounds: Bounds = Bounds()
 
@@ -166,13 +180,14 @@ class Scenario(Part):
 
     @property
     def fingerprint(self) -> str:
-        """Hash of all that a cast's landing depends on: this scenario but for the cup's shape and contact, and the arm's model.
+        """Hash of all that a landing depends on: this scenario but for the cup's shape, contact and cameras, and the arm's model.
 
         Of the cup only the height of its rim counts: a model of the landings serves every cup that is as high.
         """
         values = self.model_dump(mode="json")
         values["cup"] = {"rim_height": self.cup.rim_height}
         values["simulation"].pop("contact_accuracy")
+        values.pop("cameras")
         for name in (*BEFORE_THE_CAST, *AFTER_THE_LANDING):
             values["motion"].pop(name)
         for name in ("urdf", "base_frame", "hand_frame", "joints"):

@@ -15,13 +15,14 @@ from wam_cast.cli.commands import app as command_line
 PACKAGE = Path(wam_cast.__file__).parent
 
 LAYERS = {
-    "base": ("Base: scenario, cast and what all layers share", [".", "arm"]),
+    "base": ("Base: scenario, cast and what all layers share", [".", "arm", "parts"]),
     "parallel": ("Parallel: processes, threads and seeds", ["parallel"]),
     "storage": ("Storage: files and directories", ["storage"]),
     "motion": ("Motion: how the hand moves", ["motion"]),
     "robot": ("Robot: the arm and its controller as a Drake diagram", ["robot"]),
     "simulation": ("Simulation: from a cast to its outcome", ["simulation"]),
     "wire": ("Wire: the arm and its controller in two processes", ["wire"]),
+    "perception": ("Perception: cameras that see the ball", ["perception"]),
     "planning": ("Planning: from a cup to a cast", ["planning"]),
     "learning": ("Learning: datasets and the forward model", ["generation", "learning", "learning/kernel"]),
     "batch": ("Batch: thousands of casts at once", ["batch"]),

@@ -1,14 +1,17 @@
 """A robot that only answers casts."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import wam_cast as wc
-from wam_cast.adaptation.robot import Robot, SimulatedRobot
+from wam_cast.adaptation.robot import LARGEST_STD, Robot, SimulatedRobot
 from wam_cast.adaptation.robot_distribution import RobotDistribution
 from wam_cast.cast import Cast
 from wam_cast.errors import InputError
-from wam_cast.scenario import Noise, Scenario
+from wam_cast.perception.ball_filter import Landing
+from wam_cast.scenario import Cameras, Noise, Scenario
 
 CAST = Cast(0.30, 0.60, 0.10)
 NOISY = Scenario(noise=Noise.typical())
@@ -65,3 +68,66 @@ def test_a_cup_at_the_landing_catches():
 def test_an_impossible_error_is_refused(std):
     with pytest.raises(InputError, match="landing_std"):
         SimulatedRobot(Scenario(), landing_std=std)
+
+
+def seen_by_cameras(monkeypatch, recording, landing):
+    """Let cameras see a landing of a cast that was recorded; return what they were asked."""
+    asked = []
+
+    def record(truth, cast, cup, *, belief, noise_seed):
+        asked.append((truth, cup, belief, noise_seed))
+        return recording
+
+    def observe(recorded, *, belief, noise_seed):
+        asked.append((recorded, belief, noise_seed))
+        return SimpleNamespace(landing=landing)
+
+    monkeypatch.setattr("wam_cast.adaptation.robot.record_cast", record)
+    monkeypatch.setattr("wam_cast.adaptation.robot.observe_cast", observe)
+    return asked
+
+
+def test_cameras_say_where_the_ball_landed_and_how_well_they_know(monkeypatch):
+    recording = SimpleNamespace(outcome=wc.simulate_cast(Scenario(), CAST))
+    landing = Landing(np.array([0.61, 0.003]), np.diag([1e-6, 3e-6]))
+    asked = seen_by_cameras(monkeypatch, recording, landing)
+    truth, belief = Scenario.from_dict({"string": {"length": 0.61}}), Scenario()
+    seen = SimulatedRobot(truth, belief, seed=2, observe="camera").cast(CAST, (0.6, 0.0))
+    np.testing.assert_array_equal(seen.landing, landing.position)
+    assert seen.landing_std == pytest.approx(np.sqrt(2e-6))
+    assert (seen.status, seen.limits_hit) == (str(recording.outcome.status), recording.outcome.limits_hit)
+    (simulated, cup, believed, noise_seed), (recorded, known, pixel_seed) = asked
+    assert (simulated.cameras.number, simulated.string, cup) == (2, truth.string, (0.6, 0.0))
+    assert (recorded, known, believed) == (recording, belief, belief)
+    assert pixel_seed == noise_seed
+
+
+def test_what_cameras_did_not_see_is_no_landing_and_teaches_nothing(monkeypatch, robots_by_formula):
+    seen_by_cameras(monkeypatch, SimpleNamespace(outcome=wc.simulate_cast(Scenario(), CAST)), None)
+    seen = SimulatedRobot(Scenario(), observe="camera").cast(CAST)
+    assert np.isnan(seen.landing).all()
+    assert seen.landing_std == LARGEST_STD
+    model = robots_by_formula.model
+    x = CAST.to_array()[np.newaxis]
+    np.testing.assert_array_equal(model.learn([seen]).predict(x), model.predict(x))
+
+
+def test_a_robots_own_cameras_look_if_it_has_any(monkeypatch):
+    own = Scenario(cameras=Cameras(number=1, width=320))
+    asked = seen_by_cameras(monkeypatch, SimpleNamespace(outcome=wc.simulate_cast(Scenario(), CAST)), None)
+    SimulatedRobot(own, observe="camera").cast(CAST)
+    assert asked[0][0].cameras == own.cameras
+
+
+def test_an_unknown_way_to_observe_is_refused():
+    with pytest.raises(InputError, match=r"observe = 'radar' must be one of direct, camera"):
+        SimulatedRobot(Scenario(), observe="radar")
+
+
+@pytest.mark.slow
+def test_a_robot_that_cameras_look_at_lands_where_they_say():
+    truth = Scenario.from_dict({"string": {"length": 0.608}, "noise": Noise.typical().model_dump()})
+    seen = SimulatedRobot(truth, Scenario(), seed=3, observe="camera").cast(CAST)
+    exact = SimulatedRobot(truth, Scenario(), seed=3, landing_std=0.0).cast(CAST)
+    assert np.linalg.norm(seen.landing - exact.landing) < 0.003
+    assert 1e-4 < seen.landing_std < 0.003

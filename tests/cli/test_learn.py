@@ -94,6 +94,30 @@ def test_the_answer_is_no_if_nothing_was_caught(cli, never_caught):
     assert result.out.endswith("0 of 1 caught\n")
 
 
+def test_cameras_look_if_they_are_asked_and_what_they_miss_is_told(cli, folder, monkeypatch):
+    made = []
+
+    class Seen:
+        def __init__(self, truth, belief, *, seed, observe):
+            made.append((truth.string.length, seed, observe))
+
+        def cast(self, cast, cup=None):
+            landing = [0.7, 0.01] if len(made) == 1 else [float("nan")] * 2
+            made.append(cast)
+            return wc.Observation(cast, landing, 0.0004 if landing[0] == 0.7 else 1.0, None, "long", ())
+
+    monkeypatch.setattr(robot, "SimulatedRobot", Seen)
+    result = cli("learn", *WORDS, "--casts", "2", "--observe", "camera", "--json")
+    assert made[0] == (0.61, 0, "camera")
+    record = json.loads(result.out)
+    assert record["observe"] == "camera"
+    assert [one["landing"] for one in record["casts"]] == [[0.7, 0.01], [None, None]]
+    assert [one["landing_std"] for one in record["casts"]] == [0.0004, 1.0]
+    other = cli("learn", *WORDS, "--casts", "2")
+    assert other.code == 2
+    assert "another observe ('camera', not 'direct')" in other.err
+
+
 def test_json_is_the_log(cli, folder):
     result = cli("learn", *WORDS, "--casts", "3", "--seed", "5", "--json")
     assert result.code == 0
@@ -101,6 +125,7 @@ def test_json_is_the_log(cli, folder):
     assert {name: value for name, value in record.items() if name != "casts"} == {
         "directory": "my campaign",
         "method": "prior",
+        "observe": "direct",
         "seed": 5,
         "n_caught": 2,
         "first_caught": 2,

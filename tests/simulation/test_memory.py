@@ -8,6 +8,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from wam_cast.cast import Cast
+from wam_cast.perception.recorded_cast import CastWatcher
 from wam_cast.robot.controller import CastController
 from wam_cast.robot.station import CastStation
 from wam_cast.scenario import Scenario
@@ -72,6 +73,12 @@ def scene():
     return scene.plant, scene._diagram, scene._context
 
 
+def watcher():
+    watcher = CastWatcher(Scenario(cameras={"number": 2}))
+    eyes = watcher._eyes
+    return watcher, watcher._diagram, eyes.observer, *eyes.sensors, *eyes.shutters, *eyes.detectors
+
+
 def kept(make):
     """Return the names of the classes of what `make` returns that are still there when it is let go of."""
     references = [weakref.ref(thing) for thing in make()]
@@ -86,7 +93,17 @@ def _drake_that_frees():
 
 
 @pytest.mark.parametrize(
-    "make", [evaluated_controller, station, noisy_station, started_station, station_in_a_diagram, used_simulator, scene]
+    "make",
+    [
+        evaluated_controller,
+        station,
+        noisy_station,
+        started_station,
+        station_in_a_diagram,
+        used_simulator,
+        scene,
+        watcher,
+    ],
 )
 def test_it_is_freed(make):
     assert kept(make) == []

@@ -11,10 +11,21 @@ from matplotlib.figure import Figure
 
 from wam_cast.errors import InputError
 from wam_cast.motion.stages import Stage
+from wam_cast.perception.ball_filter import BallBelief, Landing
+from wam_cast.perception.ball_observer import Look, true_cameras
+from wam_cast.perception.recorded_cast import Sighting
 from wam_cast.robot.plant import STRING_COLOR
+from wam_cast.scenario import Cameras
 from wam_cast.simulation.ball_and_cup import is_inside
 from wam_cast.visualization.camera import Camera, view_rotation
-from wam_cast.visualization.film_strip import choose_moments, draw_film_strip, draw_frame, render_frames, write_picture
+from wam_cast.visualization.film_strip import (
+    choose_moments,
+    draw_film_strip,
+    draw_frame,
+    draw_sighting,
+    render_frames,
+    write_picture,
+)
 from wam_cast.visualization.picture_files import write_figure
 from wam_cast.visualization.recorded import SAMPLED, finite_part, points_to_show, stage_pieces, without_turn
 from wam_cast.visualization.side_view import draw_side_view, in_casting_plane
@@ -236,3 +247,43 @@ def test_unwritable_picture_is_one_line_and_leaves_nothing(tmp_path):
         assert str(path) in str(raised.value)
         assert "\n" not in str(raised.value)
     assert [file.name for file in tmp_path.iterdir()] == ["folder.png"]
+
+
+@pytest.fixture(scope="module")
+def sighting(caught):
+    """Return the recording with two small cameras, and what they would see of it if they were perfect."""
+    scenario = caught.scenario.model_copy(update={"cameras": Cameras(number=2, width=160, height=120)})
+    recording = dataclasses.replace(caught, scenario=scenario)
+    landed = int(np.argmin(np.abs(caught.times - caught.outcome.crossing_time)))
+    landing, looks = Landing(caught.outcome.landing + np.array([0.001, 0.0]), 4e-6 * np.eye(2)), []
+    for sample in range(landed - 60, landed + 1, 10):
+        p_WL = caught.p_WL[sample]
+        found = [[*camera.project(p_WL[np.newaxis])[0], 0.0, 5.0] for camera in true_cameras(scenario.cameras)]
+        is_down = sample == landed
+        belief = BallBelief(np.r_[p_WL, np.zeros(4)], landing=landing if is_down else None, is_down=is_down)
+        looks.append(Look(caught.times[sample], np.array(found), np.zeros(6), belief))
+    return recording, Sighting(tuple(looks))
+
+
+def test_a_sighting_shows_the_ball_where_it_was_found_and_says_how_exact_it_is(sighting):
+    recording, seen = sighting
+    figure = draw_sighting(recording, seen)
+    assert figure.get_suptitle() == "Observed landing: 1.00 mm off, standard deviation 2.00 mm in x and in y"
+    *views, side = figure.axes
+    for number, view in enumerate(views):
+        (dots,) = view.lines
+        image = view.images[0].get_array()
+        assert image.shape == (120, 160, 3)
+        np.testing.assert_allclose(dots.get_xydata() + 0.5, [look.detections[number, :2] for look in seen.looks])
+        # The scene is as in the last picture before the ball was down: the ball is drawn around the dot of that picture.
+        assert np.linalg.norm(middle_of(orange(image)) - dots.get_xydata()[-2]) < 1.5
+    truth, path, _, cross = side.lines
+    assert np.interp(path.get_xdata()[:-1], *truth.get_data()) == pytest.approx(path.get_ydata()[:-1], abs=1.0)
+    assert cross.get_ydata() == [1000 * recording.scenario.cup.rim_height]
+
+
+def test_a_ball_that_nobody_saw_land_has_no_cross(sighting):
+    recording, seen = sighting
+    figure = draw_sighting(recording, Sighting(seen.looks[:-1]))
+    assert figure.get_suptitle() == "The ball was not seen to land"
+    assert len(figure.axes[-1].lines) == 3

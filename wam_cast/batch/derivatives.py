@@ -35,7 +35,7 @@ SMALL = 1e-3
 NAME = re.compile(r"([a-z_]+)(?:\.([a-z_]+))?(?:\[([0-9]+)\])?")
 """A number's name: its part of the scenario, its own, and a joint."""
 
-OF_NO_FLIGHT = ("simulation", "bounds", "noise")
+OF_NO_FLIGHT = ("simulation", "bounds", "noise", "cameras")
 """Parts of a scenario whose numbers a flight does not follow smoothly, or not at all."""
 
 OF_THE_CAST = ("distance", "speed", "wait", "bearing")

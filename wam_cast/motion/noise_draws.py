@@ -32,6 +32,7 @@ class Source(IntEnum):
     MOVE = 0
     SWING = 1
     TORQUE = 2
+    PIXELS = 3
 
 
 def random_stream(noise_seed: int, source: Source, chunk: int = 0) -> np.random.Generator:

@@ -205,10 +205,13 @@ def add_hook(plant: MultibodyPlant) -> Frame:
     return plant.AddFrame(FixedOffsetFrame("hook", plant.GetFrameByName("tool_plate"), X_EHook))
 
 
-def fill_plant(plant: MultibodyPlant, scenario: Scenario, *, has_ball: bool = True) -> None:
+def fill_plant(
+    plant: MultibodyPlant, scenario: Scenario, *, has_ball: bool = True, cup: Position | None = None
+) -> None:
     """Add arm, string and ball to an empty plant, the cup and the floor if it has geometry, and finalize it.
 
-    Without `has_ball` the arm carries neither string nor ball.
+    Without `has_ball` the arm carries neither string nor ball. `cup` is the world (x, y) of the cup's axis [m], by default that of
+    `.default_cup`.
     """
     has_geometry = plant.geometry_source_is_registered()
     add_arm(plant, scenario, scenario.arm.base_tilt)
@@ -217,7 +220,7 @@ def fill_plant(plant: MultibodyPlant, scenario: Scenario, *, has_ball: bool = Tr
         string_end = add_string(plant, string, ball, add_hook(plant))
         add_ball(plant, ball, string_end, string.knot_damping, contact_material(scenario.cup) if has_geometry else None)
     if has_geometry:
-        add_cup(plant, scenario.cup, default_cup(scenario))
+        add_cup(plant, scenario.cup, cup or default_cup(scenario))
     plant.Finalize()
     plant.set_stiction_tolerance(STICTION_SPEED)
 

@@ -306,3 +306,13 @@ def simulate_casts(
     with _one_at_a_time:
         simulator = _shared_simulator(scenario, belief, CastController, _urdfs(scenario, belief))
         return simulator.simulate_sequence(throws, noise_seed=noise_seed, on_outcome=on_outcome)
+
+
+@checks_types
+def record_cast(
+    scenario: Scenario, cast: Cast, cup: Position | None = None, *, belief: Scenario | None = None, noise_seed: int = 0
+) -> CastRecording:
+    """Simulate one cast as `simulate_cast` does, and keep all of it up to its outcome."""
+    with _one_at_a_time:
+        simulator = _shared_simulator(scenario, belief, CastController, _urdfs(scenario, belief))
+        return simulator.record(cast, cup, noise_seed=noise_seed, returns=False)

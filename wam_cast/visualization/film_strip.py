@@ -13,11 +13,13 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from wam_cast.motion.stages import Stage
+from wam_cast.perception.ball_observer import true_cameras
+from wam_cast.perception.recorded_cast import Sighting
 from wam_cast.robot.plant import STRING_COLOR
 from wam_cast.simulation.recording import CastRecording
 from wam_cast.types import Array
 from wam_cast.visualization.camera import Camera, view_rotation
-from wam_cast.visualization.figures.plot_style import draw_picture, halo
+from wam_cast.visualization.figures.plot_style import MM, draw_legend, draw_picture, halo
 from wam_cast.visualization.picture_files import picture_format, write_figure
 from wam_cast.visualization.recorded import describe, finite_part, stage_before, stage_pieces, without_turn
 from wam_cast.visualization.scene import CastScene
@@ -137,6 +139,48 @@ def draw_film_strip(recording: CastRecording, predicted_landing: Array | None = 
     draw_side_view(right.subplots(), recording, [frame.sample for frame in frames], predicted_landing)
     figure.suptitle(describe(recording, predicted_landing), color=INK)
     return figure
+
+
+def draw_sighting(recording: CastRecording, sighting: Sighting) -> Figure:
+    """Draw what the cameras saw of a recorded cast: the view of each with the centres found in it, and the path made of them."""
+    cameras = true_cameras(recording.scenario.cameras)
+    figure = Figure(figsize=(5.4 * len(cameras) + 4.2, 4.6), layout="constrained", facecolor="white")
+    panels = figure.subplots(1, len(cameras) + 1, squeeze=False)[0]
+    scene = CastScene(recording.scenario, recording.cup, light_bearing=recording.cast.bearing)
+    n_above = int(np.isfinite(sighting.p_WL).any(axis=1).sum())
+    scene.show(recording, int(np.searchsorted(recording.times, sighting.times[max(n_above - 1, 0)])))
+    for number, (camera, axes) in enumerate(zip(cameras, panels, strict=False)):
+        draw_picture(axes, scene.render(camera))
+        found = np.array([look.detections[number, :2] for look in sighting.looks]) - 0.5
+        axes.plot(*found.T, "o", color=INK, markersize=5, markerfacecolor="none", label="found in a picture")
+        axes.set_title(f"camera {number + 1}")
+    side = panels[-1]
+    heading = np.array([math.cos(recording.cast.bearing), math.sin(recording.cast.bearing), 0.0])
+    while_looking = (recording.times >= sighting.times[0]) & (recording.times <= sighting.times[-1])
+    for path, style in (
+        (recording.p_WL[while_looking], {"color": "0.65", "linewidth": 4.0, "label": "the ball's path"}),
+        (
+            sighting.p_WL,
+            {"color": INK, "marker": "o", "markersize": 4, "linewidth": 0.8, "label": "as the cameras have it"},
+        ),
+    ):
+        side.plot(path @ heading * MM, path[:, 2] * MM, **style)
+    side.axhline(recording.scenario.cup.rim_height * MM, color=INK, linewidth=0.6, linestyle=":")
+    if sighting.landing is not None:
+        along, height = sighting.landing.position @ heading[:2], recording.scenario.cup.rim_height
+        side.plot(along * MM, height * MM, "x", color="C3", markersize=9, markeredgewidth=2, label="observed landing")
+    side.set(aspect="equal", xlabel="along the casting plane [mm]", ylabel="height [mm]")
+    draw_legend(side, loc="lower center", bbox_to_anchor=(0.5, 1.0))
+    figure.suptitle(_what_was_seen(recording, sighting), color=INK)
+    return figure
+
+
+def _what_was_seen(recording: CastRecording, sighting: Sighting) -> str:
+    """Return a line on the landing that was observed."""
+    if sighting.landing is None:
+        return "The ball was not seen to land"
+    error = MM * float(np.linalg.norm(sighting.landing.position - recording.outcome.landing))
+    return f"Observed landing: {error:.2f} mm off, standard deviation {MM * sighting.landing.std:.2f} mm in x and in y"
 
 
 def write_picture(recording: CastRecording, path: str | Path, predicted_landing: Array | None = None) -> None:

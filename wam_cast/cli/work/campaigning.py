@@ -28,6 +28,14 @@ Method = Annotated[
     ),
 ]
 
+Observe = Annotated[
+    Literal["direct", "camera"],
+    typer.Option(
+        help="How the landing is known: `direct` measures it, to 2 mm in x and in y; `camera` looks with the cameras of the "
+        "robot's file, with two if it has none, which takes seconds a cast."
+    ),
+]
+
 COLUMNS = {
     "cast": 4,
     "cup\n[m]": 16,
@@ -56,6 +64,7 @@ def learn(
         ),
     ] = None,
     method: Method = "prior",
+    observe: Observe = "direct",
     model: options.Model = None,
     train: options.Train = False,
     seed: Annotated[int, typer.Option(min=0, help="Draws the robot's noise, and that of what is observed.")] = 0,
@@ -63,9 +72,9 @@ def learn(
 ) -> None:
     """Let a robot cast that is not what it is believed to be, and learn from each cast before the next one is planned.
 
-    The robot is simulated, and only answers where the ball landed and whether the cup caught it. Each cast is kept before anything
-    else is done: an interrupted campaign goes on when it is started again, and further with more --casts. The answer is no if no
-    cast was caught.
+    The robot is simulated, and only answers where the ball was seen to land and whether the cup caught it. Each cast is kept before
+    anything else is done: an interrupted campaign goes on when it is started again, and further with more --casts. The answer is no
+    if no cast was caught.
     """
     from wam_cast.adaptation.campaign import run_campaign
     from wam_cast.adaptation.campaign_directory import CampaignDirectory
@@ -98,22 +107,23 @@ def learn(
         out=directory,
         scenario=scenario,
         method=method,
+        observe=observe,
         model=model,
         seed=seed,
     )
     with model_choice.telling_how_to_go_on(command, lambda: f"{len(rows)} of {casts} casts are kept in {directory}"):
         campaign = run_campaign(
-            SimulatedRobot(truth, belief, seed=seed),
+            SimulatedRobot(truth, belief, seed=seed, observe=observe),
             before,
             cups,
             casts,
             directory,
-            settings={"robot": truth.model_dump(mode="json"), "method": method, "seed": seed},
+            settings={"robot": truth.model_dump(mode="json"), "method": method, "observe": observe, "seed": seed},
             on_cast=note,
         )
     if as_json:
         summary = {"n_caught": campaign.n_caught, "first_caught": campaign.first_caught}
-        given = {"directory": str(directory), "method": method, "seed": seed}
+        given = {"directory": str(directory), "method": method, "observe": observe, "seed": seed}
         print_json({**given, **summary, "casts": [_record(row) for row in rows]})
     else:
         _print_summary(campaign, rows)

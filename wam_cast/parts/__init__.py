@@ -1,0 +1,1 @@
+"""Parts of a scenario that are long enough for a file of their own."""

@@ -35,6 +35,7 @@ LAYERS = {
         "Experiments: trials, the paper's experiment, and unknown robots",
         ["experiments", "experiments/paper", "experiments/transfer"],
     ),
+    "teaching": ("Teaching: exercises, their checker, and grading", ["teaching", "teaching/tasks"]),
 }
 """Pages of the reference, in the order of the imports: title, and the folders whose modules they hold."""
 

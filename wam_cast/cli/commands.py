@@ -23,6 +23,7 @@ from wam_cast.cli.terminal import HELP_STYLE, err, out, phase_progress, progress
 from wam_cast.cli.work.campaigning import learn
 from wam_cast.cli.work.crosschecking import crosscheck
 from wam_cast.cli.work.mapping import map_
+from wam_cast.cli.work.marking import grade
 from wam_cast.cli.work.output_files import ThrowFiles
 from wam_cast.cli.work.throwing import execute, given_throws, make_plans
 from wam_cast.cli.work.transferring import transfer
@@ -250,6 +251,7 @@ app.command("map")(map_)
 app.command()(crosscheck)
 app.command()(learn)
 app.command()(transfer)
+app.command()(grade)
 
 
 @app.command()

@@ -51,14 +51,10 @@ MISTAKES = [
         "derivative number 3 is not zero, so the hand's velocity jumps",
     ),
     ("step_coefficients", lambda: [0, 1], "derivative number 1 is not zero, so the ball's velocity jumps"),
-    ("step_coefficients", lambda: [70, -315, 540, -420, 126, 0, 0, 0, 0, 0], "at s = 0 the step must be 0"),
-    (
-        "step_coefficients",
-        lambda: [70, -315, 540, -420, 126, 0, 0, 0, 0, 0][::-1],
-        "at s = 1 the derivative|wrong order",
-    ),
+    ("step_coefficients", lambda: [70, -315, 540, -420, 126, 0, 0, 0, 0, 0], "the lowest power comes first"),
+    ("step_coefficients", lambda: [0, 0, 0, 0, 0, 1], "at s = 1 the derivative number 1"),
     ("arc_motion", lambda a, w, c, r: (r * unit(a), r * c * unit(a + np.pi / 2)), "still changes its direction"),
-    ("arc_motion", lambda a, w, c, r: r * unit(a), "raises|the shape|position"),
+    ("arc_motion", lambda a, w, c, r: r * unit(a), r"position must be of shape \(2,\)"),
     ("arc_motion", lambda a, w, c, r: (r * unit(a),), "must return 2 things: position, acceleration"),
     ("turning_hand", lambda t, a, T, r, length, g: r * unit(a * quintic(t / T)), "the ball still swings by"),
     ("turning_hand", lambda t, a, T, r, length, g: r * unit(a), "at the start the hand is not"),
@@ -78,7 +74,7 @@ MISTAKES = [
     ("leave_one_out", lambda K, y, lam: y - K @ weights(K, y, lam), "casts that the model has learned from"),
     ("leave_one_out", lambda K, y, lam: -weights(K, y, lam) / np.diag(inverse(K, lam)), "measured minus predicted"),
     ("leave_one_out", lambda K, y, lam: np.mean(y), r"has the shape \(\)"),
-    ("best_sigma", lambda X, y, sigmas, lam: sigmas[0], "learned from"),
+    ("best_sigma", lambda X, y, sigmas, lam: min(sigmas, key=lambda s: training(X, y, s, lam)), "learned from"),
     ("best_sigma", lambda X, y, sigmas, lam: 0.123, "none of the sigmas"),
     ("landing_std", lambda slopes, s, m: np.sum((slopes * s) ** 2) + m**2, "that is the variance"),
     ("landing_std", lambda slopes, s, m: np.linalg.norm(slopes * s), "the model's own error is missing"),
@@ -106,7 +102,7 @@ MISTAKES = [
     ("believed", lambda f, m, S: (f @ m, np.sqrt(f**2 @ np.diag(S))), "more than a diagonal"),
     ("most_telling", lambda c, t, S, s: np.argmax([f @ S @ f for f in c]), "is itself most uncertain"),
     ("aim", lambda cup, features_of, m: cup - features_of(cup) @ m, "once is not enough"),
-    ("aim", lambda cup, features_of, m: cup, "not believed to hit"),
+    ("aim", lambda cup, features_of, m: cup, "does not correct"),
 ]
 
 
@@ -130,6 +126,11 @@ def weights(K, y, lam):
     return inverse(K, lam) @ y
 
 
+def training(X, y, sigma, lam):
+    K = np.exp(-(distance(X, X) ** 2) / sigma**2)
+    return np.linalg.norm(y - K @ weights(K, y, lam))
+
+
 def update(m, S, f, o, s):
     gain = S @ f / (f @ S @ f + s**2)
     return m + gain * (o - f @ m), S - np.outer(gain, S @ f)
@@ -144,7 +145,7 @@ def test_mistakes_are_named_in_one_line(task, answer, words):
     assert str(verdict) == f"{task}: wrong: {verdict.words}"
     assert len(str(verdict).splitlines()) == 1
     assert len(str(verdict)) < 300
-    assert not re.search(r"np\.|\*\*|@|return", verdict.words), "that is the answer"
+    assert not re.search(r"np\.|\*\*|@", verdict.words), "that is the answer"
 
 
 def test_every_task_has_a_mistake_that_is_named():
@@ -153,7 +154,7 @@ def test_every_task_has_a_mistake_that_is_named():
 
 def test_what_is_not_written_is_not_yet():
     def needs_another(J, torque):
-        return torque - J.T @ (None @ J)
+        return torque - None
 
     for answer in (lambda *_: None, lambda *_: ..., lambda *_: 1 / (... + 1)):
         verdict = check(named("null_space_torque", answer))

@@ -49,7 +49,7 @@ class Answer:
         """Return the parts of a result of several, by their names and shapes."""
         found = self._call(arguments)
         names = ", ".join(shapes)
-        if not isinstance(found, tuple | list) or len(found) != len(shapes):
+        if not isinstance(found, tuple | list | np.ndarray) or len(found) != len(shapes):
             raise WrongError(f"must return {len(shapes)} things: {names}")
         return [_as_array(one, shape, name) for one, (name, shape) in zip(found, shapes.items(), strict=True)]
 

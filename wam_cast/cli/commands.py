@@ -60,6 +60,7 @@ def throw(
     replay: options.Replay = None,
     picture: options.FilmStrip = None,
     animation: options.Film = None,
+    speed: options.Speed = 1.0,
     seed: options.NoiseSeed = 0,
     as_json: options.AsJson = False,
 ) -> None:
@@ -69,7 +70,7 @@ def throw(
     planned. If it is interrupted, the casts that are finished are reported, and shown by --replay.
     """
     cups = [parse_cup(text) for text in cup]
-    files = ThrowFiles(replay, picture, animation)
+    files = ThrowFiles(replay, picture, animation, speed)
     files.check(len(cups))
     plans: Sequence[wc.Plan | None] = [None] * len(cups)
     robot = None if belief is None else model_choice.load_scenario(scenario)

@@ -40,6 +40,12 @@ FilmStrip = Annotated[
 Film = Annotated[
     Path | None, typer.Option(metavar="FILE.gif", help="Write a film of one cast, without its return (also .mp4).")
 ]
+Speed = Annotated[
+    float,
+    typer.Option(
+        min=0.05, max=10.0, metavar="X", help="Of the replay and the film, relative to the robot's: 0.25 is slow motion."
+    ),
+]
 NoiseSeed = Annotated[
     int,
     typer.Option(

@@ -43,7 +43,10 @@ Film = Annotated[
 Speed = Annotated[
     float,
     typer.Option(
-        min=0.05, max=10.0, metavar="X", help="Of the replay and the film, relative to the robot's: 0.25 is slow motion."
+        min=0.05,
+        max=10.0,
+        metavar="X",
+        help="Of the replay and the film, relative to the robot's: 0.25 is slow motion.",
     ),
 ]
 NoiseSeed = Annotated[

@@ -51,7 +51,7 @@ def write_if_changed(path: Path, text: str) -> None:
 
 
 def copy_notebooks(source: Path, target: Path) -> None:
-    """Copy the notebooks to where Sphinx finds them, and remove copies of those that are gone.
+    """Copy the notebooks of a folder to where Sphinx finds them, and remove copies of those that are gone.
 
     Their links to these pages are right where they lie; a folder deeper the way is another.
     """
@@ -132,7 +132,8 @@ def command_line_page() -> str:
 def write_pages(app: Any) -> None:
     """Write all of it."""
     docs = Path(app.srcdir)
-    copy_notebooks(docs.parent / "notebooks", docs / "notebooks")
+    for folder in (".", "exercises"):
+        copy_notebooks(docs.parent / "notebooks" / folder, docs / "notebooks" / folder)
     write_reference(docs / "reference")
     write_if_changed(docs / "_generated" / "public_names.md", public_names())
     write_if_changed(docs / "_generated" / "commands.md", command_line_page())

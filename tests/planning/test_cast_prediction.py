@@ -8,12 +8,12 @@ import pytest
 from wam_cast.learning.reference import reference_model
 from wam_cast.parallel.threads import one_thread
 from wam_cast.planning.cast_prediction import Prediction
-from wam_cast.planning.landing_distribution import landing_std, rim_clear_probability
+from wam_cast.planning.landing_distribution import landing_std, rim_clear_probability, scatter_of_swing
 from wam_cast.planning.plan import plan_cast
 from wam_cast.planning.prediction import ENTRY_ANGLE
 from wam_cast.scenario import Noise, Scenario
 
-NOISE = Noise(distance=0.004, speed=0.01, wait=0.005, swing=0.004)
+NOISE = Noise(distance=0.004, speed=0.01, wait=0.005, swing=0.002)
 
 
 @pytest.fixture(scope="module")
@@ -71,9 +71,10 @@ def test_noise_of_the_scenario_raises_the_standard_deviation_and_lowers_the_prob
     noisy = Prediction.of(model, plan.cast, plan.cup)
     exact = Prediction.of(reference_model(), plan.cast, plan.cup)
     np.testing.assert_array_equal(noisy.landing, exact.landing)
-    assert noisy.std.across == pytest.approx(NOISE.swing * model.scenario.string.length)
+    swing = scatter_of_swing(model.scenario, NOISE, plan.predicted_entry_speed)
+    assert noisy.std.across == pytest.approx(swing.across)
     assert exact.std.across == 0
-    assert noisy.std.along > math.hypot(exact.std.along, noisy.std.across)
+    assert noisy.std.along > math.hypot(exact.std.along, swing.along)
     assert noisy.rim_clear_probability < exact.rim_clear_probability - 0.01
 
 

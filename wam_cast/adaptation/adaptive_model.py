@@ -19,10 +19,11 @@ from wam_cast.casting_plane import to_casting_plane
 from wam_cast.errors import InputError, checked_std, is_finite, quoted
 from wam_cast.learning.forward_model import ForwardModel
 from wam_cast.learning.reference import reference_model_for
-from wam_cast.planning.landing_distribution import scatter_of_move
+from wam_cast.planning.landing_distribution import scatter_of_move, scatter_of_swing
 from wam_cast.planning.prediction import (
     ACROSS,
     ALONG,
+    ENTRY_SPEED,
     PEAK_TORQUE_UTILIZATION,
     PEAK_VELOCITY_UTILIZATION,
     Linearization,
@@ -220,7 +221,8 @@ class AdaptiveModel:
         """Return the variance of one cast's landing along and across for the scenario's noise, (2,) [m^2]."""
         noise = self.scenario.noise
         moved, _ = scatter_of_move(self._believed, cast, MOVE_STD if is_measured else noise)
-        return np.asarray((noise.swing * self.scenario.string.length) ** 2 + np.array([moved, 0.0]))
+        entry_speed = self._believed.predict(cast[np.newaxis])[0, ENTRY_SPEED]
+        return np.square(scatter_of_swing(self.scenario, noise, entry_speed)) + np.array([moved, 0.0])
 
     def landing_components(self, casts: Array) -> Array:
         """Return what each weight moves the landing along by [m], shape (n, n_weights), at casts of shape (n, 3)."""

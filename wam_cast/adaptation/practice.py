@@ -40,7 +40,7 @@ def choose_practice(model: AdaptiveModel, n_casts: int, cups: Sequence[Position]
     over candidates x, where t are the casts that the model plans now for the cups, and cov and var are those of the landing along
     the plane under the model's posterior: the landing of x lowers their summed variance by just that (the A-optimal design of
     Bayesian linear regression, one cast at a time). Where a cast will land does not matter to it, so that several may be chosen at
-    once. A cast that scatters is worth less.
+    once. A cast that scatters is worth less, and none is chosen again before all are: what the components leave would be the same again.
 
     Parameters
     ----------
@@ -63,12 +63,15 @@ def choose_practice(model: AdaptiveModel, n_casts: int, cups: Sequence[Position]
     casts = _candidates(model)
     features = np.concatenate([model.toward(bearing).landing_components(casts) for bearing in bearings])
     noise = LANDING_STD**2 + np.tile([model.noise_variance(cast, is_measured=True)[0] for cast in casts], len(bearings))
-    covariance, chosen = model.posterior.covariance, []
+    covariance, chosen, free = model.posterior.covariance, [], np.ones(len(casts), dtype=bool)
     for _ in range(n_casts):
         of_candidates = features @ covariance
         variances = np.einsum("nc,nc->n", of_candidates, features) + noise
-        gains = ((goals @ of_candidates.T) ** 2).sum(axis=0) / variances
+        gains = ((goals @ of_candidates.T) ** 2).sum(axis=0) / variances * np.tile(free, len(bearings))
         best = int(np.argmax(gains))
+        free[best % len(casts)] = False
+        if not free.any():
+            free[:] = True
         covariance = covariance - np.outer(of_candidates[best], of_candidates[best]) / variances[best]
         bearing, cast = divmod(best, len(casts))
         chosen.append(Cast.from_array(casts[cast], bearings[bearing]))

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import ndtr
 
-from wam_cast.planning.prediction import ACROSS, DirectedPredictor, Predictor
+from wam_cast.planning.prediction import ACROSS, ENTRY_SPEED, DirectedPredictor, Predictor
 from wam_cast.scenario import Noise, Scenario
 from wam_cast.types import Array
 
@@ -99,19 +99,29 @@ def scatter_of_move(model: Predictor, parameters: Array, noise: Noise) -> tuple[
     return float(off @ off) / 6, off @ off_gradient / 3
 
 
+def scatter_of_swing(scenario: Scenario, noise: Noise, entry_speed: float) -> LandingStd:
+    """Return the standard deviations of the landing for a swing of the hanging string, in whatever phase [m].
+
+    Along the plane, where the cast's own swing carries the ball, it is the hanging ball's: s = angle * length. Across it nothing
+    holds the ball once the string is slack, and it flies on as fast as the pendulum swings, s * sqrt(g / length), for about the
+    time of a fall that ends with the entry speed v, v / g: s * sqrt(1 + v^2 / (g * length)) in all.
+    """
+    length = scenario.string.length
+    swing = noise.swing * length
+    return LandingStd(swing, swing * math.sqrt(1 + entry_speed**2 / (scenario.gravity * length)))
+
+
 def landing_std(model: Predictor, parameters: Array, noise: Noise) -> LandingStd:
     """Return the predictive standard deviations of one cast's landing, for its `parameters`, shape (3,).
 
     They hold the model's own error, and what `noise` makes of the move and the swing. Noise of the torques and the encoders is
-    left out: what is typical of them moves the landing by less than 0.1 and 2 mm. A swing of the hanging string, in whatever
-    phase, moves the landing by about as much as the ball: its angle times the string's length.
+    left out: what is typical of them moves the landing by less than 0.1 and 2 mm.
     """
-    swing = noise.swing * model.scenario.string.length
+    expected = model.linearize(parameters)
+    swing = scatter_of_swing(model.scenario, noise, expected.outputs[ENTRY_SPEED])
     mean_square, _ = scatter_of_move(model, parameters, noise)
     across = model.predict_std(parameters[np.newaxis])[0, ACROSS] if isinstance(model, DirectedPredictor) else 0.0
-    return LandingStd(
-        math.sqrt(model.linearize(parameters).std ** 2 + mean_square + swing**2), math.hypot(across, swing)
-    )
+    return LandingStd(math.sqrt(expected.std**2 + mean_square + swing.along**2), math.hypot(across, swing.across))
 
 
 def rim_clear_probability(

@@ -37,12 +37,18 @@ def values(prior):
     return prior.predict(few(1).casts, 0.4)
 
 
-def test_the_default_robots_of_any_scale_have_the_shipped_one(learned):
-    once, twice = prior_of(ROBOTS), prior_of(ROBOTS.scaled(2.0))
-    np.testing.assert_allclose(values(twice).values, 2 * values(once).values, atol=1e-9)
-    np.testing.assert_allclose(values(twice).variance, 4 * values(once).variance, rtol=1e-3)
+@pytest.mark.parametrize(("scale", "learned_at"), [(0.5, 1.0), (1.4, 1.0), (1.6, 2.0), (3.0, 2.0)])
+def test_the_default_robots_have_a_shipped_one_that_was_learned_about_as_far_off(learned, scale, learned_at):
+    ours, nearest = values(prior_of(ROBOTS.scaled(scale))), values(prior_of(ROBOTS.scaled(learned_at)))
+    times = scale / learned_at
+    np.testing.assert_allclose(ours.values, times * nearest.values, atol=1e-9)
+    np.testing.assert_allclose(ours.variance, times**2 * nearest.variance, rtol=1e-3, atol=1e-11)  # (3 um)^2
     assert not learned
-    assert SHIPPED.stat().st_size < 500_000
+    assert all(path.stat().st_size < 500_000 for path in SHIPPED)
+
+
+def test_robots_that_are_as_believed_have_no_offset(learned):
+    assert np.abs(values(prior_of(ROBOTS.scaled(0.0))).values).max() == 0
 
 
 def test_the_shipped_one_is_of_robots_whose_string_counts_most():

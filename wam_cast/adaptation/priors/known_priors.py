@@ -20,40 +20,44 @@ from wam_cast.storage.array_archive import LARGEST_MEMBER, NOT_AN_ARCHIVE, read_
 from wam_cast.storage.atomic import write_file
 from wam_cast.text_file import read_bytes
 
-FORMAT = "wam_cast prior 1"
+FORMAT = "wam_cast prior 2"
 
 N_ROBOTS, N_CASTS = 128, 512
 """Of an ensemble that a prior is learned from."""
 
-SHIPPED = Path(__file__).parents[2] / "reference" / "prior.npz"
-"""Of the default robots."""
+LEARNED_SCALES = (1.0, 2.0)
+"""At which robots are drawn to learn from: at twice the ranges landings are no longer in proportion."""
+
+SHIPPED = tuple(Path(__file__).parents[2] / "reference" / name for name in ("prior.npz", "prior_twice.npz"))
+"""Of the default robots, at either scale."""
 
 ARRAYS = ("casts", "values", "left_out")
 """What a file holds: what an `.InterpolatedPrior` is made of, in single precision."""
 
 
 def prior_of(robots: RobotDistribution) -> InterpolatedPrior:
-    """Return what an ensemble of such robots, as drawn at scale 1, has taught, times the robots' scale.
+    """Return what an ensemble of such robots has taught, drawn at that of `LEARNED_SCALES` which is nearer to theirs.
 
-    It is the shipped one, or read from the user's cache, or learned now by the batched engine and kept there: 65,000 casts, some
-    ten minutes on one core.
+    It is multiplied by what the two scales differ by. It is a shipped one, or read from the user's cache, or learned now by the
+    batched engine and kept there: 65,000 casts, some ten minutes on one core.
 
     Raises
     ------
     InputError
         If it has to be learned and cannot, as the batched engine is missing or robots like these cannot cast.
     """
-    ours = robots.scaled(1.0 / robots.scale) if robots.scale else robots
+    learned = min(LEARNED_SCALES, key=lambda scale: abs(scale - robots.scale))
+    ours = RobotDistribution(robots.believed, robots.ranges, learned, robots.shifts)
     key = _key(ours)
-    for path in (SHIPPED, _cache(key)):
+    for path in (*SHIPPED, _cache(key)):
         known = _read(path, ours, key)
         if known is not None:
-            return known.scaled(robots.scale)
+            return known.scaled(robots.scale / learned)
     from wam_cast.adaptation.priors.robot_ensemble import simulate_ensemble
 
     prior = InterpolatedPrior.of_ensemble(ours.believed, simulate_ensemble(ours, N_ROBOTS, N_CASTS))
     write_prior(_cache(key), prior, ours)
-    return prior.scaled(robots.scale)
+    return prior.scaled(robots.scale / learned)
 
 
 def write_prior(path: Path, prior: InterpolatedPrior, robots: RobotDistribution) -> None:
@@ -99,6 +103,7 @@ def _key(robots: RobotDistribution) -> str:
         "format": FORMAT,
         "believed": robots.believed.without_noise.fingerprint,
         "ranges": [asdict(one) | {"source": ""} for one in robots.ranges],
+        "scale": robots.scale,
         "shifts": robots.shifts,
         "ensemble": [N_ROBOTS, N_CASTS],
     }

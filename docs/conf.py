@@ -31,7 +31,7 @@ nitpicky = True
 # Names of other packages, which a build would need the network to resolve, and abbreviations of types.
 OTHERS = (
     "builtins|collections|concurrent|contextlib|enum|jinja2|matplotlib|numpy|pandas|pathlib|pd|pyarrow|pydantic|pydantic_core|"
-    "pydrake|sklearn|xml|zipfile"
+    "pydrake|sklearn|subprocess|xml|zipfile"
 )
 ABBREVIATIONS = (
     r"AbstractValue|Any|Array|Element|Picture|ArrayLike|Axes|Axis|Figure|NDArray|Path|np\.bool_|object_|"

@@ -66,7 +66,7 @@ def test_a_class_is_graded_whatever_its_notebooks_do(folder, monkeypatch):
     )
     hand_in(folder / "ben.ipynb", "1 / 0", WRONG, "this is no Python", "input()")
     hand_in(folder / "carl.ipynb", RIGHT, "import os\nos._exit(3)")
-    hand_in(folder / "dora.ipynb", RIGHT, "while True:\n    pass")
+    hand_in(folder / "dora.ipynb", RIGHT, "import time\ntime.sleep(300)")
     hand_in(folder / "emil.ipynb", "x = 1")
     (folder / "fred.ipynb").write_text("{not a notebook")
     hand_in(folder / "gina.ipynb", RIGHT, "open('left.txt', 'w').write('litter')\nraise SystemExit")

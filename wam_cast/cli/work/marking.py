@@ -27,7 +27,7 @@ def grade(
         Path | None, typer.Option("--out", metavar="FILE.csv", help="Write a row for each task, with what is wrong.")
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Draws the inputs on which answers are tried.")] = 0,
-    limit: Annotated[float, typer.Option(min=1.0, metavar="S", help="Time that a notebook may take [s].")] = 120.0,
+    limit: Annotated[float, typer.Option(min=1.0, metavar="S", help="Seconds that a notebook may take.")] = 120.0,
     workers: Annotated[
         int | None, typer.Option(min=1, help="How many notebooks at a time; default: one per processor.")
     ] = None,

@@ -31,7 +31,7 @@ nitpicky = True
 # Names of other packages, which a build would need the network to resolve, and abbreviations of types.
 OTHERS = (
     "builtins|collections|concurrent|contextlib|enum|jinja2|matplotlib|numpy|pandas|pathlib|pd|pyarrow|pydantic|pydantic_core|"
-    "pydrake|sklearn|xml|zipfile"
+    "pydrake|sklearn|subprocess|xml|zipfile"
 )
 ABBREVIATIONS = (
     r"AbstractValue|Any|Array|Element|Picture|ArrayLike|Axes|Axis|Figure|NDArray|Path|np\.bool_|object_|"
@@ -55,6 +55,7 @@ myst_heading_anchors = 3
 nb_execution_mode = "cache"  # in _build, so that a second build runs only what changed
 nb_execution_raise_on_error = True
 nb_execution_in_temp = True  # notebooks write files
+nb_execution_excludepatterns = ["notebooks/exercises/*"]  # they wait for their readers' answers
 nb_execution_timeout = 300  # of a cell, on a slow machine [s]
 nb_merge_streams = True
 # Sliders are of no use without a kernel, and their scripts would come over the network: their picture is shown.

@@ -1,12 +1,14 @@
 """What tests of several layers share."""
 
 import gc
+import json
 import math
 import os
 import pickle
 import resource
 import shutil
 import signal
+import subprocess
 import sys
 from concurrent.futures import Executor, Future
 from contextlib import contextmanager
@@ -42,6 +44,8 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
 SOFTWARE_GRAPHICS = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 """WebGL without a graphics card."""
+
+NOTEBOOKS = Path(__file__).parents[1] / "notebooks"
 
 LONGEST_LINE = 1000
 """Letters of an error."""
@@ -285,6 +289,52 @@ def robot_by_formula(monkeypatch, robots_by_formula):
 
     monkeypatch.setattr(robot, "simulate_cast", simulate)
     return made
+
+
+def ours_in(folder):
+    """Return the project's notebooks in a folder, by name: those that git knows, or all where there is no git."""
+    listed = subprocess.run(["git", "ls-files", "*.ipynb"], cwd=folder, capture_output=True, text=True, check=False)
+    known = listed.stdout.split() if listed.returncode == 0 and listed.stdout else None
+    return {path.stem: path for path in sorted(folder.glob("*.ipynb")) if known is None or path.name in known}
+
+
+@pytest.fixture(scope="session")
+def notebook_paths():
+    return ours_in(NOTEBOOKS)
+
+
+@pytest.fixture(scope="session")
+def exercise_paths():
+    return ours_in(NOTEBOOKS / "exercises")
+
+
+@pytest.fixture(scope="session")
+def committed():
+    """Return a function that gives a notebook's text as it is committed, or about to be; a reader may have run the file in place.
+
+    Without git it is the file's, without what running it leaves there.
+    """
+
+    def text_of(path):
+        command = ["git", "show", f":./{path.name}"]
+        shown = subprocess.run(command, cwd=path.parent, capture_output=True, text=True, encoding="utf-8", check=False)
+        return shown.stdout if shown.returncode == 0 else not_run(path.read_text(encoding="utf-8"))
+
+    return text_of
+
+
+def not_run(text):
+    """Return a notebook's text without outputs, counts and metadata, as it would be stored."""
+    notebook = json.loads(text)
+    notebook["metadata"] = {
+        "kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"},
+        "language_info": {"name": "python"},
+    }
+    for cell in notebook["cells"]:
+        cell["metadata"] = {key: cell["metadata"][key] for key in ("tags",) if key in cell["metadata"]}
+        if cell["cell_type"] == "code":
+            cell |= {"outputs": [], "execution_count": None}
+    return json.dumps(notebook, indent=1, ensure_ascii=False) + "\n"
 
 
 @pytest.fixture(scope="session")

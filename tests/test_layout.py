@@ -54,14 +54,25 @@ BELOW = {
         *("base", "parallel", "storage", "motion", "robot", "simulation", "generation"),
         *("batch", "planning", "learning", "adaptation", "visualization"),
     ),
+    "teaching": ("base", "parallel"),
     "cli": (
         *("base", "parallel", "storage", "motion", "robot", "simulation", "generation"),
-        *("wire", "planning", "learning", "adaptation", "crosscheck", "visualization", "exchange", "experiments"),
+        *(
+            "wire",
+            "planning",
+            "learning",
+            "adaptation",
+            "crosscheck",
+            "visualization",
+            "exchange",
+            "experiments",
+            "teaching",
+        ),
     ),
 }
 """What each folder may import besides itself; the modules that lie in none are the base."""
 
-NO_DRAKE = ("base", "parallel", "storage", "motion", "batch", "learning")
+NO_DRAKE = ("base", "parallel", "storage", "motion", "batch", "learning", "teaching")
 """Folders that do without Drake at all."""
 
 NO_SIMULATION = ("planning",)

@@ -39,6 +39,7 @@ LAYERS = {
         "Experiments: trials, the paper's experiment, and unknown robots",
         ["experiments", "experiments/paper", "experiments/transfer"],
     ),
+    "teaching": ("Teaching: exercises, their checker, and grading", ["teaching", "teaching/tasks"]),
 }
 """Pages of the reference, in the order of the imports: title, and the folders whose modules they hold."""
 
@@ -54,7 +55,7 @@ def write_if_changed(path: Path, text: str) -> None:
 
 
 def copy_notebooks(source: Path, target: Path) -> None:
-    """Copy the notebooks to where Sphinx finds them, and remove copies of those that are gone.
+    """Copy the notebooks of a folder to where Sphinx finds them, and remove copies of those that are gone.
 
     Their links to these pages are right where they lie; a folder deeper the way is another.
     """
@@ -135,7 +136,8 @@ def command_line_page() -> str:
 def write_pages(app: Any) -> None:
     """Write all of it."""
     docs = Path(app.srcdir)
-    copy_notebooks(docs.parent / "notebooks", docs / "notebooks")
+    for folder in (".", "exercises"):
+        copy_notebooks(docs.parent / "notebooks" / folder, docs / "notebooks" / folder)
     write_reference(docs / "reference")
     write_if_changed(docs / "_generated" / "public_names.md", public_names())
     write_if_changed(docs / "_generated" / "commands.md", command_line_page())

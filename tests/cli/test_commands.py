@@ -381,7 +381,7 @@ def test_seed_draws_the_noise_and_the_next_cup_takes_the_next_seed(cli, noisy, m
     # The second cast starts with what swing the return left, not with noise's: else it would be the cast of seed 5.
     alone = wc.simulate_cast(noisy, cast, (0.75, 0.0), noise_seed=5)
     assert records[1]["landing"] != list(alone.landing)
-    monkeypatch.setattr("wam_cast.visualization.replay.write_replay", lambda *_: None)
+    monkeypatch.setattr("wam_cast.visualization.replay.write_replay", lambda *_, **__: None)
     recorded = cli("throw", "--cup", "0.75", "--seed", "5", "--replay", "a.html", "--json")
     assert json.loads(recorded.out)["landing"] == list(alone.landing) != records[0]["landing"]
     outcome = wc.simulate_cast(noisy, cast, (0.75, 0.0), noise_seed=0)
@@ -411,10 +411,17 @@ def test_replay_and_picture_are_written_named_and_replaced(cli, folder):
 @pytest.mark.parametrize(("suffix", "start"), [("gif", b"GIF89a"), ("mp4", b"\x00\x00\x00")])
 def test_animation_is_written_named_and_replaced(cli, folder, monkeypatch, suffix, start):
     pictures = [np.full((20, 10, 3), shade, dtype=np.uint8) for shade in (0, 120, 240)]
-    monkeypatch.setattr("wam_cast.visualization.film.animation_frames", lambda _: iter(pictures))
+    speeds = []
+
+    def frames(_, speed):
+        speeds.append(speed)
+        return iter(pictures)
+
+    monkeypatch.setattr("wam_cast.visualization.film.animation_frames", frames)
     file = folder / f"a.{suffix}"
     file.write_text("before")
-    result = cli("throw", "--cup", "0.7", "--animation", file.name, "--json")
+    result = cli("throw", "--cup", "0.7", "--animation", file.name, "--speed", "0.5", "--json")
+    assert speeds == [0.5]
     assert (result.code, result.err) == (0, f"animation: {file.name}\n")
     assert file.read_bytes().startswith(start)
     assert names(folder) == [file.name]
@@ -422,7 +429,7 @@ def test_animation_is_written_named_and_replaced(cli, folder, monkeypatch, suffi
 
 @pytest.mark.slow
 def test_an_animation_that_is_interrupted_leaves_what_was_there_and_tells_of_the_throw(cli, folder, monkeypatch):
-    def frames(_):
+    def frames(*_):
         yield np.zeros((20, 10, 3), dtype=np.uint8)
         raise KeyboardInterrupt
 
@@ -438,7 +445,7 @@ def test_an_animation_that_is_interrupted_leaves_what_was_there_and_tells_of_the
 @pytest.mark.slow
 def test_a_recorded_throw_is_the_same_throw(cli, monkeypatch):
     plain = json.loads(cli("throw", "--cup", "0.7", "--json").out)
-    monkeypatch.setattr("wam_cast.visualization.replay.write_replay", lambda *_: None)
+    monkeypatch.setattr("wam_cast.visualization.replay.write_replay", lambda *_, **__: None)
     recorded = json.loads(cli("throw", "--cup", "0.7", "--replay", "a.html", "--json").out)
     assert recorded == plain
 

@@ -6,12 +6,15 @@ import os
 import re
 import shlex
 import signal
+import socket
 import sys
 import time
 
+import psutil
 import pytest
 
 from wam_cast.visualization.interactive.explorer import Explorer
+from wam_cast.visualization.viewer import FIELD_OF_VIEW
 
 
 @pytest.fixture
@@ -28,11 +31,42 @@ def interrupted(monkeypatch):
     return explorers
 
 
-def test_show_prints_where_the_page_is(cli, interrupted):
+def listening_addresses():
+    connections = psutil.Process().net_connections("tcp")
+    return {connection.laddr for connection in connections if connection.status == psutil.CONN_LISTEN}
+
+
+def test_show_prints_where_the_page_is_and_serves_this_machine_alone(cli, interrupted):
+    before = listening_addresses()
     result = cli("show")
     assert (result.code, result.err) == (130, "interrupted\n")
     assert interrupted[0].url in result.out
     assert "Ctrl-C" in result.out
+    assert {address.ip for address in listening_addresses() - before} <= {"127.0.0.1", "::1"}
+
+
+def test_show_is_served_where_it_is_told_and_says_who_can_use_it(cli, interrupted):
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    result = cli("show", "--port", port, "--host", "0.0.0.0")
+    assert result.err == (
+        "whoever reaches this machine can use the page; leave --host out to serve this machine alone\ninterrupted\n"
+    )
+    assert (port, "0.0.0.0") in {(address.port, address.ip) for address in listening_addresses()}
+    taken = cli("show", "--port", port, "--host", "127.0.0.1")
+    assert taken.code == 2
+    assert f"no page can be served at 127.0.0.1, port {port}" in taken.err
+
+
+@pytest.mark.parametrize(
+    "words", [("--port", "80"), ("--port", "70000"), ("--host", ""), ("--host", "no.such.invalid")]
+)
+def test_where_no_page_can_be_is_refused_in_one_line(cli, words):
+    result = cli("show", *words)
+    assert (result.code, result.out) == (2, "")
+    assert len(result.err.splitlines()) == 1
+    assert result.err.startswith("error: ")
 
 
 @pytest.mark.slow
@@ -115,6 +149,14 @@ class Page:
         """Return world (x, y) of the ball."""
         return self.ask("(o) => [o.position.x, o.position.y]", "drake/visualizer/ball/ball")
 
+    def shrink(self, width, height):
+        """Give the page a window of another size; return the boxes of caption and controls, and the camera's field of view."""
+        self._page.set_viewport_size({"width": width, "height": height})
+        self._page.wait_for_function(f"Math.abs(viewer.camera.aspect - {width / height}) < 1e-2")
+        self._page.evaluate("() => new Promise(d => requestAnimationFrame(() => requestAnimationFrame(() => d())))")
+        boxes = [self._page.locator(name).last.bounding_box() for name in (".caption", ".dg.main > ul")]
+        return *boxes, self._page.evaluate("viewer.camera.fov")
+
     def close(self):
         assert not self.errors
         self._page.close()
@@ -153,6 +195,12 @@ def test_explorer_in_a_browser(browser, start):
     page.press("plan for the cup [P]")
     page.wait_for("Planned")
     assert page.value("bearing [deg]") == pytest.approx(0.0, abs=0.05)
+    # On a phone nothing covers the controls, and the scene is seen between them and the caption, in all its width.
+    caption, controls, field_of_view = other.shrink(380, 800)
+    assert (caption["x"], controls["x"]) == (0, 0)
+    assert (caption["width"], controls["width"]) == (380, 380)
+    assert caption["y"] - (controls["y"] + controls["height"]) > 0.3 * 800
+    assert math.tan(math.radians(field_of_view) / 2) * 380 / 800 == pytest.approx(math.tan(FIELD_OF_VIEW / 2), rel=1e-3)
     other.close()
     page.press("cast [C]")
     assert "miss 0." in page.wait_for("Caught")

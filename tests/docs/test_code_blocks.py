@@ -42,6 +42,9 @@ CHEAPER = {
         "wam-cast throw --cup 0.60,-0.25 --replay cast.html --picture cast.png"
     ),
     "wam-cast generate --engine batch --casts 20000 --out many": "wam-cast generate --engine batch --casts 8 --out many",
+    "wam-cast throw --cup 0.75 --replay slow.html --animation slow.gif --speed 0.25": (
+        "wam-cast throw --cup 0.75 --replay slow.html --speed 0.25"
+    ),
     "wam-cast crosscheck": "wam-cast crosscheck --casts 1",
     "wam-cast map --out floor.png": "wam-cast map --out floor.png --radii 2 --bearings 2 --workers 1",
 }
@@ -61,10 +64,11 @@ ELSEWHERE = {
     r"pip install -e '\.\[gymnasium,batch\]'": ("pyproject.toml", "gymnasium = ["),
     r"pip install -e '\.\[mcap\]'": ("pyproject.toml", "mcap = ["),
     r"pip install -e '\.\[distributed\]'": ("pyproject.toml", "distributed = ["),
-    r"wam-cast show": ("tests/cli/test_explorer.py", 'start("show"'),
     r"wam-cast robot .*": ("tests/wire/test_processes.py", 'start("robot"'),
     r"wam-cast throw .*--robot \S+": ("tests/wire/test_processes.py", '"--robot", url'),
-    r"jupyter lab notebooks": ("pyproject.toml", "jupyterlab"),
+    r"wam-cast show( --port 7000)?": ("tests/cli/test_explorer.py", 'start("show"'),
+    r"jupyter lab notebooks(/exercises)?": ("pyproject.toml", "jupyterlab"),
+    r"wam-cast grade submissions --out marks\.csv": ("tests/teaching/test_grading.py", '"grade", str(folder), "--out"'),
     r"dask (scheduler|worker \S+)": (IN_DASK, "LocalCluster"),
     r"wam-cast generate .*--scheduler \S+": (IN_DASK, "get_executor"),
     r"wam-cast reproduce .*": (IN_REPRODUCE, '"reproduce", "--quick", "--out"'),

@@ -18,22 +18,30 @@ MODULES = [module for row in ROWS for module in re.findall(r"`(wam_cast\.[\w.]+)
 """A folder among them stands for its modules."""
 
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), *sorted((ROOT / "docs/howto").glob("*.md"))]
-NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
 
 
-def code_of(path):
-    """Return the Python in a page's code blocks, or in a notebook's cells."""
+def code_of_page(path):
+    """Return the Python in a page's code blocks."""
     text = path.read_text(encoding="utf-8")
-    if path.suffix == ".md":
-        return "\n".join(token.content for token in MarkdownIt().parse(text) if token.info == "python")
-    cells = [cell for cell in json.loads(text)["cells"] if cell["cell_type"] == "code"]
-    return "\n".join("".join(cell["source"]) for cell in cells)
+    return "\n".join(token.content for token in MarkdownIt().parse(text) if token.info == "python")
 
 
-def imports_of(path):
-    """Return what a file imports of ours: pairs of a module and a name of it, or None for the module itself."""
+@pytest.fixture(scope="module")
+def notebooks(notebook_paths, exercise_paths, committed):
+    """Return by name the Python in the cells of each notebook, as it is committed."""
+    cells = {
+        path.name: json.loads(committed(path))["cells"] for path in [*notebook_paths.values(), *exercise_paths.values()]
+    }
+    return {
+        name: "\n".join("".join(cell["source"]) for cell in some if cell["cell_type"] == "code")
+        for name, some in cells.items()
+    }
+
+
+def imports_of(code):
+    """Return what code imports of ours: pairs of a module and a name of it, or None for the module itself."""
     found = []
-    for node in ast.walk(ast.parse(code_of(path))):
+    for node in ast.walk(ast.parse(code)):
         if isinstance(node, ast.Import):
             found += [(alias.name, None) for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
@@ -53,15 +61,22 @@ def is_public(module, name):
     return home_of(module) is not None and not (name or "").startswith("_")
 
 
-@pytest.mark.parametrize("path", [*PAGES, *NOTEBOOKS], ids=lambda path: path.relative_to(ROOT).as_posix())
-def test_imports_are_public(path):
-    assert [each for each in imports_of(path) if not is_public(*each)] == []
+@pytest.mark.parametrize("path", PAGES, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_imports_of_pages_are_public(path):
+    assert [each for each in imports_of(code_of_page(path)) if not is_public(*each)] == []
 
 
-@pytest.mark.parametrize("module", MODULES)
-def test_listed_modules_exist_and_are_used(module):
-    assert find_spec(module) is not None
-    assert module in {home_of(used) for path in [*PAGES, *NOTEBOOKS] for used, _ in imports_of(path)}
+def test_imports_of_notebooks_are_public(notebooks):
+    assert notebooks
+    assert {name: [each for each in imports_of(code) if not is_public(*each)] for name, code in notebooks.items()} == {
+        name: [] for name in notebooks
+    }
+
+
+def test_listed_modules_exist_and_are_used(notebooks):
+    codes = [*map(code_of_page, PAGES), *notebooks.values()]
+    used = {home_of(module) for code in codes for module, _ in imports_of(code)}
+    assert [module for module in MODULES if find_spec(module) is None or module not in used] == []
 
 
 def test_no_module_is_listed_twice():

@@ -1,18 +1,15 @@
-"""Where the notebooks are, and a kernel to run them in."""
+"""A kernel to run notebooks in."""
 
 import copy
 import gc
 import os
 import sys
-from pathlib import Path
 
 import nbformat
 import pytest
 from jupyter_client.kernelspec import KernelSpec
 from jupyter_client.manager import AsyncKernelManager
 from nbclient import NotebookClient
-
-NOTEBOOKS = Path(__file__).parents[2] / "notebooks"
 
 SETUP = """
 import warnings
@@ -35,11 +32,6 @@ class ThisPython(AsyncKernelManager):
         display_name="Python 3",
         language="python",
     )
-
-
-@pytest.fixture(scope="session")
-def notebook_paths():
-    return {path.stem: path for path in sorted(NOTEBOOKS.glob("*.ipynb"))}
 
 
 @pytest.fixture

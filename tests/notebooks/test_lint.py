@@ -19,8 +19,8 @@ METADATA = {
 OF_THIS_MACHINE = {"tags": ["remove-output"]}
 """The metadata of a cell that prints what is of no use to readers of the site, such as an address on the machine it runs on."""
 
-TEACHES_A_SYSTEM = "02_the_diagram"
-"""The only notebook with a class: one controller."""
+TEACHES_A_SYSTEM = ("02_the_diagram", "01_hand_kinematics")
+"""The only notebooks with a class: one controller each."""
 
 
 def complaints_about(name, text):
@@ -38,7 +38,7 @@ def complaints_about(name, text):
         found += [f"cell {number}: {complaint}" for complaint in complaints_about_cell(cell)]
         if cell["cell_type"] == "code":
             classes += classes_in(cell)
-    if classes != (["wc.ArmController"] if name == TEACHES_A_SYSTEM else []):
+    if classes != (["wc.ArmController"] if name in TEACHES_A_SYSTEM else []):
         found.append(f"classes derived from {classes}")
     return found
 
@@ -86,19 +86,48 @@ def classes_in(cell):
     return [", ".join(map(ast.unparse, node.bases)) for node in classes]
 
 
-def test_notebooks_are_as_they_should_be(notebook_paths):
+def test_notebooks_are_as_they_should_be(notebook_paths, exercise_paths, committed):
     assert notebook_paths
-    for name, path in notebook_paths.items():
-        text = path.read_text(encoding="utf-8")
+    assert exercise_paths
+    for name, path in [*notebook_paths.items(), *exercise_paths.items()]:
+        text = committed(path)
         nbformat.validate(json.loads(text))
         assert complaints_about(name, text) == [], name
 
 
-def test_ruff_reads_the_notebooks(notebook_paths):
+def test_ruff_reads_the_notebooks(notebook_paths, exercise_paths):
     folder = next(iter(notebook_paths.values())).parent
     command = [sys.executable, "-m", "ruff", "check", "--show-files", str(folder)]
     shown = subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
-    assert sorted(shown) == [str(path) for path in notebook_paths.values()]
+    assert {str(path) for path in [*notebook_paths.values(), *exercise_paths.values()]} <= set(shown)
+
+
+def test_a_notebook_that_was_run_in_place_is_judged_by_what_is_committed(tmp_path, committed, monkeypatch):
+    clone, clean = tmp_path / "clone", stored(code("x = 1"))
+    clone.mkdir()
+    path = clone / "01.ipynb"
+    path.write_text(clean, encoding="utf-8")
+
+    def git(*words):
+        subprocess.run(["git", "-C", str(clone), *words], check=True, capture_output=True)
+
+    ran = stored(code("x = 1", execution_count=1, outputs=[{"output_type": "stream", "name": "stdout", "text": "1"}]))
+    git("init", "-q")
+    git("add", "01.ipynb")
+    path.write_text(ran, encoding="utf-8")
+    assert committed(path) == clean
+    git("add", "01.ipynb")  # what is about to be committed is not spared
+    assert complaints_about("01", committed(path)) == ["cell 2: outputs", "cell 2: an execution count"]
+
+
+def test_without_git_what_running_a_notebook_leaves_in_it_is_no_complaint(tmp_path, committed, monkeypatch):
+    monkeypatch.setenv("GIT_CEILING_DIRECTORIES", str(tmp_path.parent))
+    path = tmp_path / "01.ipynb"
+    ran = code("x = 1", execution_count=1, outputs=[{"output_type": "stream"}], metadata={"execution": {}})
+    path.write_text(stored(ran, indent=2, metadata=METADATA | {"vscode": {}}), encoding="utf-8")
+    assert committed(path) == stored(code("x = 1"))
+    path.write_text(stored(code("from pydrake.all import *", execution_count=1)), encoding="utf-8")
+    assert complaints_about("01", committed(path)) == ["cell 2: imports by other than their names"]
 
 
 TITLE = {"cell_type": "markdown", "id": "title", "metadata": {}, "source": ["# A title\n", "\n", "It teaches."]}
@@ -154,7 +183,8 @@ def test_lint_refuses(text, complaint):
 
 def test_one_notebook_teaches_one_system():
     system, other = code("class A(wc.ArmController):\n    pass"), code("class B:\n    pass")
-    assert complaints_about(TEACHES_A_SYSTEM, stored(system)) == []
-    assert complaints_about(TEACHES_A_SYSTEM, stored(system, system)) != []
-    assert complaints_about(TEACHES_A_SYSTEM, stored(other)) != []
-    assert complaints_about(TEACHES_A_SYSTEM, stored()) != []
+    for name in TEACHES_A_SYSTEM:
+        assert complaints_about(name, stored(system)) == []
+        assert complaints_about(name, stored(system, system)) != []
+        assert complaints_about(name, stored(other)) != []
+        assert complaints_about(name, stored()) != []

@@ -96,8 +96,8 @@ def test_every_notebook_has_its_checks(notebook_paths):
 
 
 @pytest.mark.parametrize("name", CHECKS)
-def test_notebook_runs_and_its_results_are_right(name, notebook_paths, run_notebook):
-    notebook = nbformat.read(notebook_paths[name], as_version=4)
+def test_notebook_runs_and_its_results_are_right(name, notebook_paths, committed, run_notebook):
+    notebook = nbformat.reads(committed(notebook_paths[name]), as_version=4)
     executed = run_notebook(notebook, after=[f"assert {check}" for check in CHECKS[name]])
     assert warnings_of(executed) == ""
 

@@ -37,7 +37,7 @@ def gif(frames, caught, tmp_path_factory, once):
 
     def write():
         with pytest.MonkeyPatch.context() as patched:
-            patched.setattr(animation, "animation_frames", lambda _: iter(frames))
+            patched.setattr(animation, "animation_frames", lambda *_: iter(frames))
             write_animation(caught, path)
         return path.read_bytes()
 
@@ -92,6 +92,20 @@ def test_gif_lasts_as_long_as_the_cast_to_its_verdict(gif, caught):
     assert durations[:-1].sum() == pytest.approx(verdict(caught), abs=1 / FRAME_RATE)
     assert durations[-1] == REST_AT_END
     assert gif.stat().st_size < 2.5e6
+
+
+@pytest.mark.parametrize("speed", [0.25, 2.0])
+def test_slow_motion_has_more_frames_of_the_same_cast(caught, speed):
+    normal, other = animation_samples(caught), animation_samples(caught, speed)
+    assert len(other) - 1 == pytest.approx((len(normal) - 1) / speed, abs=1 + 1 / speed)
+    assert (other[0], other[-1]) == (normal[0], normal[-1])
+    steps = np.diff(caught.times[other[:-1]])
+    np.testing.assert_allclose(steps, speed / FRAME_RATE, atol=2.1 * caught.times[1])
+
+
+def test_a_speed_that_no_film_has_is_refused(caught, tmp_path):
+    with pytest.raises(InputError, match=r"speed = 0 must be from 0\.05 to 10"):
+        write_animation(caught, tmp_path / "a.gif", speed=0)
 
 
 @pytest.mark.slow
@@ -163,7 +177,7 @@ def test_cup_of_a_miss_is_never_lit(missed, monkeypatch):
 @pytest.mark.slow
 def test_mp4_plays_what_the_gif_shows(frames, caught, tmp_path, monkeypatch):
     av = pytest.importorskip("av")
-    monkeypatch.setattr(animation, "animation_frames", lambda _: iter(frames))
+    monkeypatch.setattr(animation, "animation_frames", lambda *_: iter(frames))
     path = tmp_path / "cast.mp4"
     write_animation(caught, path)
     with av.open(io.BytesIO(path.read_bytes())) as film:

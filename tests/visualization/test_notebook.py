@@ -15,6 +15,7 @@ import pytest
 from IPython.core.formatters import DisplayFormatter
 from ipywidgets import IntSlider
 
+from wam_cast.errors import InputError
 from wam_cast.visualization import notebook, replay
 from wam_cast.visualization.notebook import EmbeddedPage, embed, explore, open_viewer, show_replay
 from wam_cast.visualization.viewer import open_meshcat
@@ -61,7 +62,7 @@ def test_viewer_says_where_it_is(capsys):
 
 def test_without_a_port_there_is_no_viewer_but_a_sentence(monkeypatch, capsys):
     def fail():
-        raise RuntimeError("Meshcat failed to open a websocket port.")
+        raise InputError("no page can be served")
 
     monkeypatch.setattr(notebook, "open_meshcat", fail)
     assert open_viewer() is None

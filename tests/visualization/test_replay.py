@@ -187,6 +187,19 @@ def test_each_recording_has_its_predicted_landing(landed):
         replay_page(landed, np.array([0.75, 0.0]))
 
 
+@pytest.mark.parametrize("speed", [0, -1, 11, float("nan"), "fast"])
+def test_a_speed_that_no_replay_has_is_refused(landed, speed):
+    with pytest.raises(InputError, match=r"speed = .* must be from 0.05 to 10"):
+        replay_page(landed, speed=speed)
+
+
+def test_page_offers_speeds_and_begins_with_the_one_that_was_asked_for(landed):
+    for speed, offered in ((1.0, ["0.1", "0.25", "0.5", "1", "2"]), (0.3, ["0.1", "0.25", "0.3", "0.5", "1", "2"])):
+        options = re.findall(r'<option value="([\d.]+)"( selected)?>', replay_page(landed, speed=speed))
+        assert [value for value, _ in options] == offered
+        assert [value for value, is_chosen in options if is_chosen] == [f"{speed:g}"]
+
+
 def test_unwritable_path_is_one_line_and_leaves_nothing(landed, tmp_path):
     (tmp_path / "file").write_text("kept")
     (tmp_path / "folder.html").mkdir()
@@ -211,11 +224,11 @@ class Player:
         self.page.on("console", lambda message: self.complaints.append(message.text))
         self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
         self.page.goto(file.as_uri())
-        self.page.wait_for_function("Number(document.querySelector('#player input').max) > 1")
+        self.page.wait_for_function("Number(document.querySelector('#player [type=range]').max) > 1")
 
     def wind(self, time):
         """Move the slider to `time` and wait until it is shown."""
-        slider = self.page.locator("#player input")
+        slider = self.page.locator("#player [type=range]")
         slider.evaluate("(it, time) => { it.value = time; it.dispatchEvent(new Event('input')) }", time)
         # Two frames on, the scene has been drawn.
         self.page.evaluate("() => new Promise(d => requestAnimationFrame(() => requestAnimationFrame(() => d())))")
@@ -224,7 +237,7 @@ class Player:
         return self.page.locator(selector).inner_text()
 
     def time(self):
-        return float(self.page.locator("#player input").input_value())
+        return float(self.page.locator("#player [type=range]").input_value())
 
     def picture(self):
         png = self.page.locator("#meshcat-pane").screenshot(timeout=60_000)
@@ -261,7 +274,7 @@ def blue_in(picture):
 @pytest.mark.slow
 def test_browser_plays_it_without_a_network_and_without_complaint(player, replay):
     player.page.reload()
-    player.page.wait_for_function("Number(document.querySelector('#player input').value) > 0.2")
+    player.page.wait_for_function("Number(document.querySelector('#player [type=range]').value) > 0.2")
     assert player.text("#player button") == "Pause"
     player.page.locator("#player button").click()
     player.page.wait_for_function("document.querySelector('#player button').textContent == 'Play'")
@@ -269,7 +282,7 @@ def test_browser_plays_it_without_a_network_and_without_complaint(player, replay
     player.page.wait_for_timeout(300)
     assert player.time() == stopped
     player.page.locator("#player button").click()
-    player.page.wait_for_function(f"Number(document.querySelector('#player input').value) > {stopped} + 0.2")
+    player.page.wait_for_function(f"Number(document.querySelector('#player [type=range]').value) > {stopped} + 0.2")
     assert {url for url in player.requests if not url.startswith("data:")} == {replay.as_uri()}
     assert player.complaints == []
 
@@ -298,9 +311,14 @@ def test_browser_marks_the_cast_that_runs_among_several(browser, caught, missed,
             """() => [...document.querySelectorAll("#caption .detail")]
                 .filter(line => Number(getComputedStyle(line).fontWeight) > 500).map(line => line.textContent)"""
         )
-        shown.append(bold)
+        place = player.page.evaluate("[viewer.camera.position.x, viewer.camera.position.z]")
+        shown.append((bold, math.atan2(-place[1], place[0])))
     player.context.close()
-    assert shown == [[lines[number]] for number in (0, 0, 1, 1, 0)]
+    assert [bold for bold, _ in shown] == [[lines[number]] for number in (0, 0, 1, 1, 0)]
+    # The camera goes with the cast, about the base axis.
+    angles = [angle for _, angle in shown]
+    assert angles[0] == pytest.approx(angles[1]) == pytest.approx(angles[4])
+    assert angles[3] - angles[0] == pytest.approx(missed.cast.bearing, abs=1e-3)
 
 
 @pytest.mark.slow
@@ -319,6 +337,31 @@ def test_browser_shows_arm_moving_ball_and_a_cup_that_is_lit_when_the_ball_is_in
     held, cup = player.picture(), blue_in(before)
     assert gold_in(held)[cup].mean() > 0.5
     assert blue_in(held)[cup].mean() < 0.1
+
+
+@pytest.mark.slow
+def test_browser_plays_the_cast_and_leaves_turn_and_return_out_until_it_is_asked_for_them(player, caught):
+    hold_end = float(caught.times[np.argmax(caught.stages == Stage.RETURN)])
+    page, value = player.page, "Number(document.querySelector('#player [type=range]').value)"
+    page.reload()
+    page.wait_for_function(f"{value} > 0.1")
+    page.keyboard.press("Space")
+    page.wait_for_function("document.querySelector('#player button').textContent == 'Play'")
+    player.wind(hold_end - 0.2)
+    page.keyboard.press("Space")
+    page.wait_for_function(f"{value} < 0.5")  # it begins anew
+    page.locator("#player [type=checkbox]").check()
+    player.wind(hold_end - 0.2)
+    page.locator("#player select").select_option("0.25")
+    page.locator("#player button").click()
+    page.wait_for_function(f"{value} > {hold_end + 0.1}")
+    assert page.evaluate("viewer.animator.mixer.timeScale") == 0.25
+    page.locator("#player [type=checkbox]").uncheck()
+    player.wind(hold_end + 0.2)  # who winds into it sees it
+    page.locator("#player button").click()
+    page.wait_for_function(f"{value} > {hold_end + 0.3}")
+    page.locator("#player select").select_option("1")
+    page.keyboard.press("Escape")
 
 
 @pytest.mark.slow

@@ -23,6 +23,7 @@ from wam_cast.cli.terminal import HELP_STYLE, err, out, phase_progress, progress
 from wam_cast.cli.work.campaigning import learn
 from wam_cast.cli.work.crosschecking import crosscheck
 from wam_cast.cli.work.mapping import map_
+from wam_cast.cli.work.marking import grade
 from wam_cast.cli.work.output_files import ThrowFiles
 from wam_cast.cli.work.serving import robot
 from wam_cast.cli.work.throwing import check_remote, execute, execute_remotely, given_throws, make_plans
@@ -62,6 +63,7 @@ def throw(
     animation: options.Film = None,
     robot: options.Robot = None,
     recording: options.Recording = None,
+    speed: options.Speed = 1.0,
     seed: options.NoiseSeed = 0,
     as_json: options.AsJson = False,
 ) -> None:
@@ -72,7 +74,7 @@ def throw(
     the arm, and each cast starts from rest at home.
     """
     cups = [parse_cup(text) for text in cup]
-    files = ThrowFiles(replay, picture, animation, recording)
+    files = ThrowFiles(replay, picture, animation, recording, speed)
     files.check(len(cups))
     if robot is not None:
         check_remote(robot, belief, files)
@@ -260,6 +262,7 @@ app.command()(crosscheck)
 app.command()(learn)
 app.command()(transfer)
 app.command()(robot)
+app.command()(grade)
 
 
 @app.command()
@@ -270,12 +273,17 @@ def show(
         Path | None,
         typer.Option(metavar="FILE", help="Write a drawing of the diagram (.svg, .png, .pdf, .dot) instead."),
     ] = None,
+    host: Annotated[
+        str, typer.Option(metavar="HOST", help="Who is served: localhost, this machine alone; *, whoever reaches it.")
+    ] = "localhost",
+    port: Annotated[int, typer.Option(min=0, max=65535, metavar="N", help="Of the page; 0: a free one.")] = 0,
     as_json: options.AsJson = False,
 ) -> None:
     """Explore casts in the browser, with sliders for the cast and the cup, until interrupted.
 
     It shows where the ball is predicted to land, executes what is chosen, and plans. A scenario without a model is explored
-    without predictions.
+    without predictions. The page has no password: for a browser on another machine, forward the port (ssh -L 7000:localhost:7000,
+    with --port 7000) rather than open it to all with --host.
     """
     if graph is not None:
         from wam_cast.visualization.diagram import check_graph, write_graph
@@ -289,18 +297,21 @@ def show(
             out.print(f"the diagram is in {graph}")
         return
     from wam_cast.visualization.interactive.explorer import Explorer
+    from wam_cast.visualization.viewer import is_loopback
 
     with progress("setting up"):
         setting, forward, _ = model_choice.find(scenario, model)
         advice = {}
         if forward is None:
             advice = {"advice": f"{model_choice.how_to_make(scenario, setting)}, and start again"}
-        explorer = Explorer(setting, forward, **advice)
+        explorer = Explorer(setting, forward, **advice, host=host, port=port)
     if as_json:
         print_json({"url": explorer.url})
     else:
         out.print(f"{explorer.url} is a page to explore casts: its sliders and buttons are under Open Controls")
         out.print("stop with Ctrl-C")
+    if not is_loopback(host):
+        err.print("whoever reaches this machine can use the page; leave --host out to serve this machine alone")
     try:
         explorer.run()
     except KeyboardInterrupt:

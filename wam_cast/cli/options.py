@@ -51,6 +51,15 @@ Recording = Annotated[
     Path | None,
     typer.Option(metavar="FILE.mcap", help="Write a recording that Foxglove and Rerun open (needs the extra `mcap`)."),
 ]
+Speed = Annotated[
+    float,
+    typer.Option(
+        min=0.05,
+        max=10.0,
+        metavar="X",
+        help="Of the replay and the film, relative to the robot's: 0.25 is slow motion.",
+    ),
+]
 NoiseSeed = Annotated[
     int,
     typer.Option(

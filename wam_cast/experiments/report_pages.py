@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import base64
+import html
 import json
 import math
 import re
 from collections.abc import Callable
+from itertools import chain, count, pairwise
 from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markdown_it import MarkdownIt
+from markdown_it.token import Token
 
 from wam_cast.experiments.frames import Record
 from wam_cast.storage.atomic import write_file
@@ -41,16 +44,41 @@ def write_pages(results: Record, markdown: str, folder: Path) -> None:
 
 
 def render_html(markdown: str, folder: Path) -> str:
-    """Return one page with all of the report in it, its figures included; they are read from `folder`."""
+    """Return one page with all of the report in it, its figures and a table of contents included; `folder` has the figures."""
     # Links to files beside the page would break when it is moved.
-    markdown = re.sub(r" \(\[PDF\]\([^)]*\)\)|(?<=\[results\.json\])\(results\.json\)", "", markdown)
-    body = MarkdownIt("commonmark").enable("table").render(markdown)
+    markdown = re.sub(r" \(\[PDF\]\([^)]*\)\)", "", markdown).replace("[results.json](results.json)", "`results.json`")
+    parser = MarkdownIt("commonmark").enable("table")
+    tokens = parser.parse(markdown)
+    contents = _contents(tokens)
+    title_html, end, rest = parser.renderer.render(tokens, parser.options, {}).partition("</h1>\n")
+    body = title_html + end + contents + rest
     body = re.sub(r'(?<=src=")figures/[^"]+\.png(?=")', lambda match: _data_uri(folder / match[0]), body)
     title = markdown.splitlines()[0].lstrip("# ")
     return (
         f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{title}</title>\n'
         f'<meta name="viewport" content="width=device-width, initial-scale=1">\n<style>{_STYLE}</style>\n'
         f"</head>\n<body>\n{body}</body>\n</html>\n"
+    )
+
+
+def _contents(tokens: list[Token]) -> str:
+    """Return a table of contents, a link for each heading below the title, and give these headings what the links lead to."""
+    links, taken = [], set[str]()
+    for opening, inline in pairwise(tokens):
+        if opening.type != "heading_open" or opening.tag not in ("h2", "h3"):
+            continue
+        words = inline.content.replace("`", "")
+        slug = re.sub(r"\W+", "-", words.lower()).strip("-")
+        anchor = next(name for name in chain([slug], (f"{slug}-{n}" for n in count(2))) if name not in taken)
+        taken.add(anchor)
+        opening.attrSet("id", anchor)
+        links.append(f'<li class="{opening.tag}"><a href="#{anchor}">{html.escape(words)}</a></li>')
+    if not links:
+        return ""
+    return (
+        "<nav>\n<details open>\n<summary>Contents</summary>\n<ul>\n"
+        + "\n".join(links)
+        + "\n</ul>\n</details>\n</nav>\n"
     )
 
 
@@ -77,6 +105,17 @@ table { border-collapse: collapse; margin: 1rem 0; font-size: 0.92em; display: b
 th, td { padding: 0.3rem 0.7rem; border-bottom: 1px solid #d5d9de; text-align: left; vertical-align: top; }
 th { border-bottom: 2px solid #26292e; }
 img { max-width: 100%; height: auto; display: block; margin: 1.5rem auto 0.5rem; }
-code, pre { font-family: ui-monospace, monospace; font-size: 0.92em; background: #f0f3f7; }
+code, pre { font-family: ui-monospace, monospace; font-size: 0.92em; background: #f0f3f7; overflow-wrap: anywhere; }
 pre { padding: 0.7rem; overflow-x: auto; }
+nav { font-size: 0.92em; }
+nav ul { list-style: none; margin: 0.4rem 0; padding: 0; columns: 16rem; }
+nav .h3 { padding-left: 1.2rem; }
+nav summary { font-weight: bold; cursor: pointer; }
+nav a { color: inherit; text-decoration-color: #b5bbc2; }
+@media (min-width: 1300px) {
+  body { margin-left: max(19rem, calc(50vw - 30rem)); }
+  nav { position: fixed; left: 1.5rem; top: 2rem; width: 15.5rem; max-height: calc(100vh - 4rem); overflow-y: auto; }
+  nav ul { columns: 1; }
+}
+@media print { nav { display: none; } }
 """

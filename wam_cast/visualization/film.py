@@ -19,7 +19,14 @@ from wam_cast.simulation.recording import CastRecording
 from wam_cast.storage.atomic import write_file
 from wam_cast.visualization.film_strip import draw_frame, render_frames
 from wam_cast.visualization.picture_files import check_picture, picture_format
-from wam_cast.visualization.recorded import finite_part, frame_moments, stage_before, without_aftermath, without_turn
+from wam_cast.visualization.recorded import (
+    checked_speed,
+    finite_part,
+    frame_moments,
+    stage_before,
+    without_aftermath,
+    without_turn,
+)
 from wam_cast.visualization.style import INK, PAPER, STAGE_COLORS, picture_style, stage_name, status_name
 
 Picture = NDArray[np.uint8]
@@ -28,7 +35,7 @@ FORMATS = ("gif", "mp4")
 """By their suffixes."""
 
 FRAME_RATE = 20
-"""Frames for each second of the cast; GIFs count in hundredths of a second."""
+"""Frames for each second of the film; GIFs count in hundredths of a second."""
 
 SMALL_TURN = np.radians(0.5)
 """A turn that cannot be seen [rad]."""
@@ -58,35 +65,37 @@ def check_animation(path: str | Path) -> None:
         )
 
 
-def write_animation(recording: CastRecording, path: str | Path) -> None:
+def write_animation(recording: CastRecording, path: str | Path, *, speed: float = 1.0) -> None:
     """Write a film of a recorded cast to `path`, as GIF or MP4 by its suffix.
 
-    It shows the cast in real time up to the verdict, and rests on its last frame; a GIF then begins anew. A turn that nobody
-    would see is left out.
+    It shows the cast up to the verdict, at a `speed` relative to the robot's, below 1 in slow motion, and rests on its last frame;
+    a GIF then begins anew. A turn that nobody would see is left out.
 
     Raises
     ------
     InputError
-        If the suffix is another one, what writes MP4 is missing, or the file cannot be written; then nothing is.
+        If the suffix is another one, what writes MP4 is missing, the speed is out of range, or the file cannot be written; then
+        nothing is.
     """
     check_animation(path)
+    speed = checked_speed(speed)
     encode = {"gif": _gif, "mp4": _mp4}[picture_format(path, FORMATS)]
     with picture_style():
-        frames = list(animation_frames(recording))
+        frames = list(animation_frames(recording, speed))
     write_file(path, encode(frames))
 
 
-def animation_samples(recording: CastRecording) -> list[int]:
-    """Return the samples that the film shows: `FRAME_RATE` a second up to the verdict."""
-    return [sample for _, sample in frame_moments([without_aftermath(recording)], FRAME_RATE)]
+def animation_samples(recording: CastRecording, speed: float = 1.0) -> list[int]:
+    """Return the samples that the film shows: `FRAME_RATE` a second of the film, up to the verdict."""
+    return [sample for _, sample in frame_moments([without_aftermath(recording)], FRAME_RATE / speed)]
 
 
-def animation_frames(recording: CastRecording) -> Iterator[Picture]:
+def animation_frames(recording: CastRecording, speed: float = 1.0) -> Iterator[Picture]:
     """Return the film's frames, each of shape (height, width, 3), from 0 to 255; they are rendered one after the other."""
     recording = finite_part(recording)
     if abs(recording.cast.bearing) < SMALL_TURN:
         recording = without_turn(recording)
-    samples = animation_samples(recording)
+    samples = animation_samples(recording, speed)
     width, height = FRAME_SIZE[0], FRAME_SIZE[1] + TITLE_HEIGHT
     share = FRAME_SIZE[1] / height
     figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI, facecolor=PAPER)

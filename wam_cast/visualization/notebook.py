@@ -13,6 +13,7 @@ import matplotlib.pyplot as plt
 from matplotlib.figure import Figure
 from pydrake.geometry import Meshcat
 
+from wam_cast.errors import InputError
 from wam_cast.simulation.recording import CastRecording
 from wam_cast.visualization.replay import replay_page
 from wam_cast.visualization.viewer import keep, open_meshcat
@@ -91,7 +92,7 @@ def open_viewer() -> Meshcat | None:
     """
     try:
         meshcat = keep(open_meshcat())
-    except RuntimeError:
+    except InputError:
         print("No port could be opened for Meshcat: the pictures here show the same, without motion.")
         return None
     print(f"Meshcat is at {meshcat.web_url()} on the kernel's machine; from another one, forward the port first.")

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from wam_cast.errors import InputError, is_finite, quoted
 from wam_cast.motion.stages import Stage
 from wam_cast.scenario import Arm
 from wam_cast.simulation.ball_and_cup import is_inside
@@ -21,6 +22,19 @@ MOUNT_RADIUS, MOUNT_THICKNESS = 0.18, 0.02
 
 SAMPLED = ("times", "states", "torques", "p_WL", "v_WL", "p_WE", "p_WE_desired", "stages")
 """What of a recording has a value for each sample."""
+
+
+SLOWEST, FASTEST = 0.05, 10.0
+"""At which films and replays run, relative to the robot."""
+
+
+def checked_speed(speed: float) -> float:
+    """Return a film's speed as a float; raises `.InputError` if it is out of range."""
+    if not is_finite(speed) or not SLOWEST <= speed <= FASTEST:
+        raise InputError(
+            f"speed = {quoted(speed)} must be from {SLOWEST:g} to {FASTEST:g}: 1 is the robot's own, less is slow motion"
+        )
+    return float(speed)
 
 
 def finite_part(recording: CastRecording) -> CastRecording:

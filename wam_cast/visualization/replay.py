@@ -6,7 +6,6 @@ that grow, and poses that are stored only where they are needed.
 
 from __future__ import annotations
 
-import cmath
 import gc
 import html
 import re
@@ -18,13 +17,22 @@ import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from matplotlib.colors import to_hex
 from pydrake.geometry import Meshcat, MeshcatAnimation
+from pydrake.math import RotationMatrix
 
 from wam_cast.errors import InputError
+from wam_cast.motion.stages import Stage
 from wam_cast.simulation.recording import CastRecording
 from wam_cast.storage.atomic import write_file
 from wam_cast.types import Array
 from wam_cast.visualization.camera import MARGIN, Camera
-from wam_cast.visualization.recorded import describe_all, finite_part, frame_moments, stage_pieces
+from wam_cast.visualization.recorded import (
+    checked_speed,
+    describe_all,
+    finite_part,
+    frame_moments,
+    stage_pieces,
+    without_turn,
+)
 from wam_cast.visualization.scene import CastScene
 from wam_cast.visualization.style import INK, PAPER, STAGE_COLORS, stage_name
 from wam_cast.visualization.viewer import (
@@ -49,6 +57,12 @@ SHORTEST_PATH = 1e-3
 REST_AT_END = 1.5
 """How long the last frame stays before the replay starts again [s]."""
 
+SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0)
+"""At which a replay can be played, besides the one that it was made for."""
+
+OFTEN_SKIPPED = (Stage.TURN, Stage.RETURN)
+"""Stages that take two thirds of a replay, in which no ball is cast."""
+
 DECODER = re.compile(r'"data:application/(?:wasm|javascript);base64,[A-Za-z0-9+/=]+"')
 """What Meshcat carries for compressed meshes and textures, of which a cast has none: without it a page is 2.4 MB, not 3.6 MB."""
 
@@ -57,6 +71,8 @@ def write_replay(
     recordings: CastRecording | Sequence[CastRecording],
     path: str | Path,
     predicted_landings: Sequence[Array | None] | None = None,
+    *,
+    speed: float = 1.0,
 ) -> None:
     """Write `replay_page` to `path`.
 
@@ -65,16 +81,20 @@ def write_replay(
     InputError
         If the file cannot be written; then nothing is.
     """
-    write_file(path, replay_page(recordings, predicted_landings).encode())
+    write_file(path, replay_page(recordings, predicted_landings, speed=speed).encode())
 
 
 def replay_page(
-    recordings: CastRecording | Sequence[CastRecording], predicted_landings: Sequence[Array | None] | None = None
+    recordings: CastRecording | Sequence[CastRecording],
+    predicted_landings: Sequence[Array | None] | None = None,
+    *,
+    speed: float = 1.0,
 ) -> str:
-    """Return a web page that replays recorded casts in real time, over and over, and lets its reader look around.
+    """Return a web page that replays recorded casts, over and over, and lets its reader look around.
 
-    It names the stage that runs and its time, and can be stopped and wound. The paths of ball and hand grow with each cast,
-    coloured by stage, and go when the next one begins. The cup is lit while it holds the ball.
+    It names the stage that runs and its time, and can be stopped, by the space bar too, wound, and slowed down. It starts with the
+    cast; turns and returns are left out unless its reader asks for them. The paths of ball and hand grow with each cast, coloured
+    by stage, and go when the next one begins. The cup is lit while it holds the ball, and the camera turns to each cup.
 
     Parameters
     ----------
@@ -82,12 +102,15 @@ def replay_page(
         What to show: one cast, or several that followed each other.
     predicted_landings
         World (x, y) [m] where a forward model said that each ball would land, one for each recording, for the caption; or none.
+    speed
+        At which it plays at first, relative to the robot's; below 1 it is slow motion.
 
     Raises
     ------
     InputError
-        If there are more or fewer landings than recordings.
+        If there are more or fewer landings than recordings, or the speed is out of range.
     """
+    speed = checked_speed(speed)
     several = [recordings] if isinstance(recordings, CastRecording) else recordings
     casts = [finite_part(recording) for recording in several]
     landings = [None] * len(casts) if predicted_landings is None else predicted_landings
@@ -97,21 +120,28 @@ def replay_page(
         )
     meshcat = open_meshcat()
     p_WQ, growth = _record(meshcat, casts)
-    camera = place_camera(meshcat, p_WQ, cmath.phase(sum(cmath.rect(1.0, one.cast.bearing) for one in casts)))
+    camera = place_camera(meshcat, p_WQ, casts[0].cast.bearing)
     # The scene's diagram is a cycle that holds the Meshcat, which must end in this thread; any may collect garbage.
     gc.collect()
     page = DECODER.sub('""', meshcat.StaticHtml())
     caption = describe_all(casts, landings)
     title = f"<title>{html.escape(caption[0])}</title>"
     head, end, tail = page.replace("<title>Drake MeshCat</title>", title, 1).rpartition("</body>")
-    return head + _player(casts, caption, growth, _view(p_WQ, camera)) + end + tail
+    return head + _player(casts, caption, growth, _view(p_WQ, camera), speed) + end + tail
 
 
 def _record(meshcat: Meshcat, casts: Sequence[CastRecording]) -> tuple[Array, dict[str, list[int]]]:
-    """Give `meshcat` the scene at its start and the animation; return points to show, (n, 3), and what `_record_paths` does."""
+    """Give `meshcat` the scene at its start and the animation; return points to show, (n, 3), and what `_record_paths` does.
+
+    The points are those of all casts, turned to the bearing of the first: the camera turns with the casts.
+    """
     scene = CastScene(casts[0].scenario, casts[0].cup, meshcat=meshcat, frame_rate=FRAME_RATE)
-    # The arm moves by little in a tenth of a second.
-    p_WQ = np.vstack([scene.points_to_show(one, [s for _, s in frame_moments([one], 10.0)]) for one in casts])
+    points = []
+    for one in map(without_turn, casts):
+        R_WP = RotationMatrix.MakeZRotation(casts[0].cast.bearing - one.cast.bearing).matrix()
+        # The arm moves by little in a tenth of a second.
+        points.append(scene.points_to_show(one, [s for _, s in frame_moments([one], 10.0)]) @ R_WP.T)
+    p_WQ = np.vstack(points)
     moments = frame_moments(casts, FRAME_RATE)
     positions = []
     for number, sample in moments:
@@ -185,7 +215,11 @@ def _record_paths(
 
 
 def _player(
-    casts: Sequence[CastRecording], caption: Sequence[str], growth: dict[str, list[int]], view: list[float]
+    casts: Sequence[CastRecording],
+    caption: Sequence[str],
+    growth: dict[str, list[int]],
+    view: list[float],
+    speed: float,
 ) -> str:
     """Return what the page has besides Meshcat: what became of each cast, the stages, and something to stop and wind it with.
 
@@ -201,6 +235,9 @@ def _player(
         details=details,
         stages={stage_name(stage): to_hex(STAGE_COLORS[stage]) for stage in stages},
         casts=[_stage_starts(one) for one in casts],
+        often_skipped=[stage_name(stage) for stage in OFTEN_SKIPPED if stage in stages],
+        speeds={f"{one:g}": f"{one:g} x" for one in sorted({*SPEEDS, speed})},
+        speed=f"{speed:g}",
         growth={path[1:]: frames for path, frames in growth.items()},
         frame_rate=FRAME_RATE,
         indices_per_ring=6 * N_SIDES,
@@ -211,10 +248,10 @@ def _player(
 
 
 def _stage_starts(recording: CastRecording) -> dict[str, Any]:
-    """Return how long a cast lasts and when each stage of it starts [s], by name, as the page's script takes it."""
+    """Return how long a cast lasts, its bearing [rad], and when each stage starts [s], by name, as the page's script takes it."""
     times, pieces = recording.times, stage_pieces(recording.stages)
     starts = [[round(float(times[piece.start]), 4), stage_name(stage)] for stage, piece in pieces]
-    return {"duration": round(float(times[-1]), 4), "stages": starts}
+    return {"duration": round(float(times[-1]), 4), "bearing": round(recording.cast.bearing, 5), "stages": starts}
 
 
 def _view(p_WQ: Array, camera: Camera) -> list[float]:

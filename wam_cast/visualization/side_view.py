@@ -27,6 +27,9 @@ RIM_PLANE_LINE: Any = {"linewidth": 0.8, "linestyle": (0, (1, 3))}
 LANDING_MARK: Any = {"marker": "x", "markersize": 8, "markeredgewidth": 1.6, "linestyle": "none"}
 PREDICTION_MARK: Any = {"marker": "D", "markersize": 8, "markerfacecolor": "none", "linestyle": "none"}
 
+BELOW_LABEL: Any = {"loc": "upper center", "bbox_to_anchor": (0.5, 0.0), "borderaxespad": 4.4}
+"""Of a legend below the label of the axis below, whatever the height of the axes: in letters' sizes from it."""
+
 
 def in_casting_plane(p_WQ: Array, bearing: float) -> Array:
     """Return points p_WQ [m], shape (n, 3), as distance along the casting plane of `bearing` [rad] and height, shape (n, 2)."""
@@ -51,7 +54,7 @@ def draw_side_view(
     axes.set(xlabel="along the casting plane [m]", ylabel="height above the floor [m]", title="In the casting plane")
     axes.spines[["top", "right"]].set_visible(False)
     handles = _legend_handles(recording, predicted_landing is not None)
-    axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.09), ncols=3, frameon=False)
+    axes.legend(handles=handles, **BELOW_LABEL, ncols=3, frameon=False)
 
 
 def _draw_surroundings(axes: Axes, recording: CastRecording) -> None:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import ipaddress
 import logging
 import math
+import socket
 import threading
 
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.geometry import Meshcat, MeshcatParams, Rgba
 
-from wam_cast.errors import InputError
+from wam_cast.errors import InputError, quoted, shortened
 from wam_cast.types import Array
 from wam_cast.visualization.camera import Camera, view_rotation
 from wam_cast.visualization.style import PAPER, Color
@@ -31,13 +33,35 @@ RING_SPACING = 0.008
 """From one ring of a tube to the next, along the path [m]."""
 
 
-def open_meshcat() -> Meshcat:
-    """Return a Meshcat with a plain background, which listens on a free port of this machine alone and does not say so."""
+ALL_INTERFACES = "*"
+"""The host of a page that whoever reaches this machine can open; Drake's own default."""
+
+LOWEST_PORT, HIGHEST_PORT = 1024, 65535
+"""Which Drake opens; any other ends the process."""
+
+
+def open_meshcat(host: str = "localhost", port: int = 0) -> Meshcat:
+    """Return a Meshcat with a plain background, which does not say where it listens.
+
+    It listens at a `host`, which is this machine alone unless told otherwise (`ALL_INTERFACES`, a name or an address of this
+    machine), on a `port`, or for 0 on a free one. Raises `.InputError` if that cannot be.
+    """
+    if not host:
+        raise InputError(
+            f"host = {quoted(host)} must be an address of this machine: localhost, or {ALL_INTERFACES!r} for all of them"
+        )
+    if port and not LOWEST_PORT <= port <= HIGHEST_PORT:
+        raise InputError(f"port = {quoted(port)} must be from {LOWEST_PORT} to {HIGHEST_PORT}, or 0 for a free one")
     logger = logging.getLogger("drake")
     level = logger.level
     logger.setLevel(logging.WARNING)
     try:
-        meshcat = Meshcat(MeshcatParams(host="localhost", port=0, show_stats_plot=False))
+        meshcat = Meshcat(MeshcatParams(host=host, port=port, show_stats_plot=False))
+    except RuntimeError:
+        raise InputError(
+            f"no page can be served at {shortened(host)}, port {port or 'free'}: another program has the port, or this machine has "
+            "no such address; choose another port, or 0 for a free one, or the host localhost"
+        ) from None
     finally:
         logger.setLevel(level)
     for path in ("/Grid", "/Axes"):
@@ -45,6 +69,15 @@ def open_meshcat() -> Meshcat:
     for color in ("top_color", "bottom_color"):
         meshcat.SetProperty("/Background/<object>", color, list(PAPER))
     return meshcat
+
+
+def is_loopback(host: str) -> bool:
+    """Return whether what listens at a `host` can be reached from this machine alone."""
+    try:
+        found = {entry[4][0] for entry in socket.getaddrinfo(host, None)}
+    except (OSError, UnicodeError):
+        return False
+    return all(ipaddress.ip_address(str(address).partition("%")[0]).is_loopback for address in found)
 
 
 _kept: list[Meshcat] = []

@@ -109,6 +109,20 @@ def test_markdown_becomes_a_page(tmp_path):
     assert "data:image/png;base64,cGljdHVyZQ==" in page
 
 
+def test_page_has_a_table_of_contents_that_leads_to_each_heading(tmp_path):
+    text = "# Title\n\nText.\n\n## Casts & `cups`\n\n### Where not\n\n## Casts: cups\n\n#### too deep\n"
+    page = render_html(text, tmp_path)
+    links = re.findall(r'<li class="(h\d)"><a href="#([\w-]+)">(.*?)</a>', page)
+    assert links == [
+        ("h2", "casts-cups", "Casts &amp; cups"),
+        ("h3", "where-not", "Where not"),
+        ("h2", "casts-cups-2", "Casts: cups"),
+    ]
+    assert re.findall(r'<(h\d) id="([\w-]+)">', page) == [(tag, anchor) for tag, anchor, _ in links]
+    assert page.index("<h1>") < page.index("<nav>") < page.index("Text.")
+    assert "<nav>" not in render_html("# Title\n\nText.\n", tmp_path)
+
+
 # --- conclusions
 
 

@@ -62,6 +62,19 @@ def draw(recording):
     return axes
 
 
+@pytest.mark.parametrize("size", [(7.2, 4.6), (6.3, 9.0)])
+def test_legends_touch_no_label_of_an_axis(caught, size):
+    with figure_style():
+        figure = Figure(figsize=size, layout="constrained")
+        left, right = figure.subfigures(1, 2)
+        path, (radius, height) = left.subplots(), right.subplots(2, 1)
+        draw_motion(path, radius, height, caught)
+        figure.draw_without_rendering()
+    for axes in (path, height):
+        gap = axes.xaxis.label.get_window_extent().y0 - axes.get_legend().get_window_extent().y1
+        assert 2 < gap < 40
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["missed", "landed"])
 def test_motion_is_the_recorded_one(name, request, line_of, assert_reads_well, legend_of):

@@ -16,12 +16,18 @@ if TYPE_CHECKING:
 
 
 class ThrowFiles(NamedTuple):
-    """What `throw` is to write, each a path or none; the picture and the animation show one cast."""
+    """What `throw` is to write, each a path or none, and how fast replay and animation run; picture and animation show one cast."""
 
     replay: Path | None
     picture: Path | None
     animation: Path | None
     recording: Path | None
+    speed: float = 1.0
+
+    @property
+    def is_any_wanted(self) -> bool:
+        """Whether there is anything to write."""
+        return any((self.replay, self.picture, self.animation, self.recording))
 
     def check(self, n_cups: int) -> None:
         """Refuse what could not be written of so many casts."""
@@ -56,9 +62,9 @@ class ThrowFiles(NamedTuple):
         from wam_cast.visualization.replay import write_replay
 
         writers: dict[str, Callable[[Path], None]] = {
-            "replay": lambda path: write_replay(recordings, path, landings),
+            "replay": lambda path: write_replay(recordings, path, landings, speed=self.speed),
             "picture": lambda path: write_picture(recordings[0], path, landings[0]),
-            "animation": lambda path: write_animation(recordings[0], path),
+            "animation": lambda path: write_animation(recordings[0], path, speed=self.speed),
             "recording": lambda path: write_mcap(recordings, path),
         }
         flaws = []

@@ -59,7 +59,7 @@ def execute(
 
     If that is interrupted, write what was recorded of it.
     """
-    if any(files):
+    if files.is_any_wanted:
         simulator, recordings = wc.CastSimulator(robot, belief), list[wc.CastRecording]()
         landings = [None if plan is None else plan.predicted_landing for plan in plans]
         try:

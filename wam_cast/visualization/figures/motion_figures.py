@@ -13,7 +13,7 @@ from wam_cast.simulation.recording import CastRecording
 from wam_cast.types import Array
 from wam_cast.visualization.figures.plot_style import BESIDE, DARK, MIDDLE, curve_styles, draw_legend
 from wam_cast.visualization.recorded import finite_part, stage_pieces, without_turn
-from wam_cast.visualization.side_view import DESIRED_LINE, RIM_PLANE_LINE, draw_side_view, in_casting_plane
+from wam_cast.visualization.side_view import BELOW_LABEL, DESIRED_LINE, RIM_PLANE_LINE, draw_side_view, in_casting_plane
 from wam_cast.visualization.style import INK, STAGE_COLORS, stage_name
 
 HOLD_SHOWN = 0.4
@@ -70,7 +70,7 @@ def draw_motion(path_axes: Axes, radius_axes: Axes, height_axes: Axes, recording
     radius_axes.tick_params(labelbottom=False)
     radius_axes.set_ylabel("from the base axis [m]")
     height_axes.set(xlabel="time [s]", ylabel="above the floor [m]")
-    draw_legend(height_axes, loc="upper center", bbox_to_anchor=(0.5, 0.0), borderaxespad=4.4, ncols=3)
+    draw_legend(height_axes, **BELOW_LABEL, ncols=3)
 
 
 def end_shown(recording: CastRecording) -> float:

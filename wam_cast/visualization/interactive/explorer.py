@@ -56,6 +56,9 @@ class Explorer:
         prediction and no plan, and the page says so.
     advice
         How to get a model, for the page to say.
+    host, port
+        Where the page is served, as for `.open_meshcat`: to this machine alone, on a free port. There is no password: elsewhere
+        whoever reaches the page can use it.
 
     Attributes
     ----------
@@ -70,7 +73,13 @@ class Explorer:
     """
 
     def __init__(
-        self, scenario: Scenario | None = None, model: ForwardModel | None = None, advice: str = ADVICE
+        self,
+        scenario: Scenario | None = None,
+        model: ForwardModel | None = None,
+        advice: str = ADVICE,
+        *,
+        host: str = "localhost",
+        port: int = 0,
     ) -> None:
         check_main_thread("Explorer")
         self.scenario = Scenario() if scenario is None else scenario
@@ -80,7 +89,8 @@ class Explorer:
         self.outcome: Outcome | None = None
         self.advice = advice
         self._simulator = CastSimulator(self.scenario)
-        self._view = ExplorerView(self.scenario, None if model is None else model.reach, _farthest(self.scenario))
+        reach = None if model is None else model.reach
+        self._view = ExplorerView(self.scenario, reach, _farthest(self.scenario), host=host, port=port)
         self._actions = {CAST: self.execute, PLAN: self.plan, FETCH: self.move_cup_to_ball}
         self._panel = Panel(self.meshcat, _sliders(self.scenario), {CAST: "KeyC", PLAN: "KeyP", FETCH: "KeyL"})
         self._n_casts, self._note = 0, ""
@@ -93,8 +103,10 @@ class Explorer:
 
     @property
     def url(self) -> str:
-        """Of the page; it is there for as long as the explorer is."""
-        return str(self.meshcat.web_url())
+        """Of the page, for a browser on this machine; it is there for as long as the explorer is."""
+        scheme, _, place = str(self.meshcat.web_url()).partition("://")
+        host, _, port = place.rpartition(":")
+        return f"{scheme}://{f'[{host}]' if ':' in host else host}:{port}"
 
     @property
     def meshcat(self) -> Meshcat:
@@ -198,7 +210,7 @@ class Explorer:
         state = "open the controls, and cast" if self.outcome is None else f"last cast: {_verdict(self.outcome)}"
         headline, (x, y) = self._note or state, self.cup
         text = "<br>".join(html.escape(line) for line in (f"cup at ({x:.3f}, {y:.3f}) m", *self._prediction_lines()))
-        return f"<b>{html.escape(headline[:1].upper() + headline[1:])}</b><br>{text}<br><br>{self._legend()}"
+        return f"<b>{html.escape(headline[:1].upper() + headline[1:])}</b><br>{text}{self._legend()}"
 
     def _prediction_lines(self) -> list[str]:
         if self.prediction is None:
@@ -225,7 +237,8 @@ class Explorer:
             rows.append(swatch(WITHIN_REACH, "&#9632;", "floor that plans reach"))
         stages = (Stage.MOVE, Stage.WAIT, Stage.DROP, Stage.HOLD)
         paths = " ".join(swatch(STAGE_COLORS[one], "&#9644;", stage_name(one)) for one in stages)
-        return "<br>".join([*rows, "hand's way to come, ball's path:", paths])
+        lines = "".join(f"<div>{row}</div>" for row in [*rows, "hand's way to come, ball's path:", paths])
+        return f'<div class="legend">{lines}</div>'
 
 
 def _sliders(scenario: Scenario) -> dict[str, Slider]:

@@ -62,12 +62,20 @@ class ExplorerView:
     """The scene of a scenario in a Meshcat of its own.
 
     `reach` are the smallest and largest distance of a cup from the base axis [m] that can be planned for, none if that is not
-    known; `farthest` is the largest that must be seen [m].
+    known; `farthest` is the largest that must be seen [m]. `host` and `port` as for `.open_meshcat`.
     """
 
-    def __init__(self, scenario: Scenario, reach: tuple[float, float] | None, farthest: float) -> None:
+    def __init__(
+        self,
+        scenario: Scenario,
+        reach: tuple[float, float] | None,
+        farthest: float,
+        *,
+        host: str = "localhost",
+        port: int = 0,
+    ) -> None:
         self.scenario = scenario
-        self.meshcat = keep(open_meshcat())
+        self.meshcat = keep(open_meshcat(host, port))
         self._scene = CastScene(scenario, None, meshcat=self.meshcat, frame_rate=FRAME_RATE)
         self._q_start = starting_posture(scenario)
         self._hand_way: float | None = None

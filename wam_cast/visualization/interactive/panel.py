@@ -6,6 +6,7 @@ wherever its own style puts it. So the caption is a button's name.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -13,6 +14,10 @@ from matplotlib.colors import to_hex
 from pydrake.geometry import Meshcat
 
 from wam_cast.visualization.style import INK, PAPER, Color
+from wam_cast.visualization.viewer import FIELD_OF_VIEW
+
+WIDE, NARROW = 1000, 560
+"""Of windows [pixels]: below the first the caption stands below the scene, below the second the controls take all of the width."""
 
 CAPTION_STYLE = (
     "position:fixed; left:0; top:0; width:21em; padding:12px 16px; font:13px/1.45 sans-serif; white-space:normal; "
@@ -20,6 +25,8 @@ CAPTION_STYLE = (
 )
 
 PAGE_STYLE = (
+    # Drake's page says nothing of phones, which then show it as a page for desks.
+    '<meta name="viewport" content="width=device-width, initial-scale=1">'
     "<style>"
     ".dg.main > ul:not(.closed) {max-height:calc(100vh - 22px); overflow-y:auto} "  # down to the button that closes it
     # The panel's own controls come first, then those of the replay, then Meshcat's others.
@@ -29,9 +36,29 @@ PAGE_STYLE = (
     ".dg.main > ul > li.folder:nth-child(3) {order:1} "
     # The caption's row in the panel is empty.
     ".dg .cr.function:has(.caption) {height:0; border:0} "
-    ".dg .property-name {letter-spacing:-0.2px}"
+    ".dg .property-name {letter-spacing:-0.2px} "
+    f".dg .caption {{{CAPTION_STYLE}}} "
+    ".dg .caption .legend {margin-top:1.2em} "
+    f"@media (max-width:{WIDE}px) {{"
+    ".dg .caption {top:auto; bottom:0; width:100%; max-height:34vh; overflow:auto; box-sizing:border-box; pointer-events:auto; "
+    f"font-size:12px; padding:6px 12px; background:{to_hex(PAPER)}e0}} "
+    ".dg .caption .legend {margin-top:0.3em} "
+    ".dg .caption .legend div {display:inline-block; margin-right:1em}} "
+    f"@media (min-width:{NARROW}px) {{.dg.main, .dg.main .close-button {{width:290px !important}}}} "
+    f"@media (max-width:{NARROW}px) {{"
+    ".dg.main, .dg.main .close-button {width:100vw !important; margin-right:0} "
+    ".dg.main > ul:not(.closed) {max-height:45vh} "
+    ".dg.main > ul > li.folder {display:none}}"
     "</style>"
 )
+
+PAGE_SCRIPT = (
+    # As much of the scene as fits, whatever the shape of the window: the camera was placed for a square one.
+    "if (!window.fitted) {window.fitted = true; const fit = () => {const c = viewer.camera; if (c.isPerspectiveCamera) {"
+    f"const f = 2 * Math.atan({math.tan(FIELD_OF_VIEW / 2):.6f} * Math.max(1, 1 / c.aspect)) * 180 / Math.PI; "
+    "if (Math.abs(c.fov - f) > 1e-3) {c.fov = f; viewer.set_dirty()}} requestAnimationFrame(fit)}; fit()}"
+)
+"""Meshcat runs none of ours; an image that cannot be loaded does."""
 
 
 @dataclass(frozen=True)
@@ -113,5 +140,6 @@ def swatch(color: Color, sign: str, words: str) -> str:
 
 def _as_name(html: str) -> str:
     """Return a button's name that shows `html`; the page takes it for a JavaScript string between single quotes."""
-    name = f'{PAGE_STYLE}<div class="caption" style="{CAPTION_STYLE}">{html}</div>'
+    script = f'<img alt="" hidden src="data:," onerror="{PAGE_SCRIPT}">'
+    name = f'{PAGE_STYLE}{script}<div class="caption">{html}</div>'
     return name.replace("\\", "&#92;").replace("'", "&#39;").replace("\n", " ")

@@ -1,0 +1,119 @@
+"""A class's notebooks are run each in a process of its own, and whatever they do, the others are graded."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import wam_cast
+from wam_cast.errors import InputError
+from wam_cast.teaching.grading import find_submissions, grade, grading
+from wam_cast.teaching.submission import Submission
+
+ROOT = Path(wam_cast.__file__).parents[1]
+RIGHT = "import numpy as np\ndef joint_torques(J, force):\n    return J.T @ force"
+WRONG = "def joint_torques(J, force):\n    return -(J.T @ force)"
+
+
+@pytest.fixture
+def folder(tmp_path):
+    return tmp_path / "class"
+
+
+def hand_in(path, *cells):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    content = [{"cell_type": "code", "source": cell.splitlines(keepends=True)} for cell in cells]
+    path.write_text(
+        json.dumps({"cells": [{"cell_type": "markdown", "source": ["# Mine"]}, *content]}), encoding="utf-8"
+    )
+
+
+def test_notebooks_are_found_in_order_and_copies_of_jupyter_are_not(folder):
+    for name in ("ben/hand.ipynb", "anna/hand.ipynb", "anna/.ipynb_checkpoints/hand-checkpoint.ipynb", "carl.ipynb"):
+        hand_in(folder / name, RIGHT)
+    (folder / "notes.txt").write_text("mine")
+    found = [path.relative_to(folder).as_posix() for path in find_submissions(folder)]
+    assert found == ["anna/hand.ipynb", "ben/hand.ipynb", "carl.ipynb"]
+
+
+def test_an_exercise_is_known_by_its_functions(folder):
+    hand_in(
+        folder / "a.ipynb", "%matplotlib inline\n!ls\nx = 1", WRONG, "def aim(cup):\n  pass", "def hand_law(): pass"
+    )
+    submission = Submission.read(folder / "a.ipynb")
+    assert submission.exercise == "01_hand_kinematics"
+    assert submission.cells[0] == "\n\nx = 1"
+
+
+@pytest.mark.parametrize("options", [{"seed": -1}, {"limit": 0}, {"limit": float("nan")}, {"n_workers": 0}])
+def test_bad_numbers_and_empty_folders_are_refused(folder, options):
+    for place, words in ((folder, "is no folder"), (ROOT / "constraints", "holds no notebook")):
+        with pytest.raises(InputError, match=words):
+            grade(place)
+    hand_in(folder / "a.ipynb", RIGHT)
+    with pytest.raises(InputError, match=next(iter(options))):
+        grade(folder, **options)
+
+
+@pytest.mark.slow
+def test_a_class_is_graded_whatever_its_notebooks_do(folder, monkeypatch):
+    hand_in(
+        folder / "anna.ipynb", "%matplotlib inline\nimport matplotlib.pyplot as plt", RIGHT, "plt.plot([1])\nplt.show()"
+    )
+    hand_in(folder / "ben.ipynb", "1 / 0", WRONG, "this is no Python", "input()")
+    hand_in(folder / "carl.ipynb", RIGHT, "import os\nos._exit(3)")
+    hand_in(folder / "dora.ipynb", RIGHT, "import time\ntime.sleep(300)")
+    hand_in(folder / "emil.ipynb", "x = 1")
+    (folder / "fred.ipynb").write_text("{not a notebook")
+    hand_in(folder / "gina.ipynb", RIGHT, "open('left.txt', 'w').write('litter')\nraise SystemExit")
+    before = sorted(path.name for path in folder.iterdir())
+    table = grade(folder, limit=20.0, n_workers=2).set_index(["submission", "task"])
+    assert sorted(path.name for path in folder.iterdir()) == before
+    told = table.loc[(slice(None), ["joint_torques", ""]), :].reset_index().set_index("submission")
+    expected = {
+        "anna": ("right", ""),
+        "ben": ("wrong", "the sign is wrong: the motors exert the force, they do not resist it"),
+        "carl": ("wrong", "the notebook ended Python"),
+        "dora": ("wrong", "the notebook ran longer than 20 s"),
+        "emil": ("wrong", "it has no function of any exercise"),
+        "fred": ("wrong", "it cannot be read as a notebook"),
+        "gina": ("right", ""),
+    }
+    assert {name: (row["standing"], row["words"]) for name, row in told.iterrows()} == expected
+    assert table.loc[("anna", "hand_position"), "standing"] == "not yet"
+    assert len(table.loc["anna"]) == 5
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name != "posix", reason="processes of POSIX")
+def test_what_still_runs_ends_with_the_grading(folder):
+    sleeper = "import os\nopen({!r}, 'w').write(str(os.getpid()))\nimport time\ntime.sleep(300)"
+    hand_in(folder / "a.ipynb", RIGHT)
+    hand_in(folder / "b.ipynb", RIGHT, sleeper.format(str(folder / "process")))
+    grades = grading(find_submissions(folder), folder, n_workers=2)
+    assert next(grades)[2].standing == "right"
+    deadline = time.monotonic() + 60
+    while not (folder / "process").exists() or not (folder / "process").read_text():
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    grades.close()
+    process = int((folder / "process").read_text())
+    with pytest.raises(ProcessLookupError):
+        os.kill(process, 0)
+
+
+@pytest.mark.slow
+def test_command_grades_and_writes_a_table(folder, tmp_path):
+    hand_in(folder / "ben.ipynb", WRONG)
+    command = [sys.executable, "-m", "wam_cast", "grade", str(folder), "--out", str(tmp_path / "marks.csv")]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "200"}
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    assert done.returncode == 1
+    assert "0 of 5" in done.stdout
+    lines = (tmp_path / "marks.csv").read_text(encoding="utf-8").splitlines()
+    assert lines[0] == "submission,exercise,task,standing,words"
+    assert lines[3].startswith("ben,01_hand_kinematics,joint_torques,wrong,")

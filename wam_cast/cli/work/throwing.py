@@ -84,9 +84,10 @@ def check_remote(url: str, belief: Path | None, files: ThrowFiles) -> None:
         raise InputError(
             "--belief: what the robot is its own side knows; leave --belief out, and name what it is believed to be with --scenario"
         )
-    if any(files):
+    if files.is_any_wanted:
         raise InputError(
-            "--replay, --picture and --animation show what is simulated in this process, and --robot is another; leave them out"
+            "--replay, --picture, --animation and --recording show what is simulated in this process, and --robot is another; leave "
+            "them out"
         )
 
 

@@ -118,7 +118,7 @@ def _messages(recording: CastRecording, start: int) -> Iterator[Message]:
     n_q, names = scene.plant.num_positions(), _joint_names(scene)
     seen = np.diff(np.floor(SCENE_RATE * recording.times + 1e-9), prepend=-1) > 0
     begins = {piece.start: stage for stage, piece in stage_pieces(recording.stages)}
-    has_reference = np.isfinite(recording.p_WE_desired).all(axis=1)
+    has_reference = np.asarray(np.isfinite(recording.p_WE_desired).all(axis=1))
     for i, time in enumerate(start + _nanoseconds(one) for one in recording.times):
         state = recording.states[i]
         if i == 0 and recording.cup is not None:

@@ -198,7 +198,7 @@ class BallFilter:
             return mean, covariance
 
         def stretch(points: Array) -> Array:
-            return (np.linalg.norm(points[:, :3] - p_WE, axis=1) - points[:, 6])[:, np.newaxis]
+            return np.asarray(np.linalg.norm(points[:, :3] - p_WE, axis=1) - points[:, 6])[:, np.newaxis]
 
         return _updated(mean, covariance, stretch, np.zeros(1), np.array([STRING_STD**2]))
 

@@ -30,7 +30,7 @@ smartquotes = False  # options begin with two hyphens
 nitpicky = True
 # Names of other packages, which a build would need the network to resolve, and abbreviations of types.
 OTHERS = (
-    "builtins|collections|concurrent|contextlib|enum|jinja2|matplotlib|numpy|pandas|pathlib|pd|pyarrow|pydantic|pydantic_core|"
+    "builtins|collections|concurrent|contextlib|drake|enum|jinja2|matplotlib|numpy|pandas|pathlib|pd|pyarrow|pydantic|pydantic_core|"
     "pydrake|sklearn|subprocess|xml|zipfile"
 )
 ABBREVIATIONS = (

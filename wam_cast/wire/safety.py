@@ -102,8 +102,8 @@ class Refusal:
     Attributes
     ----------
     kind
-        In a word: `broken`, `not finite`, `beyond limits`, `not where the arm is`, `repeated or reordered`, `stale`, `of the
-        future`, `brakes closed`, `stopped`.
+        In a word: `broken`, `not finite`, `beyond limits`, `not where the arm is`, `repeated or reordered`, `stale`,
+        `of the future`, `brakes closed`, `stopped`.
     detail
         What it was, and what is allowed.
     """

@@ -86,8 +86,8 @@ def check_remote(url: str, belief: Path | None, files: ThrowFiles) -> None:
         )
     if files.is_any_wanted:
         raise InputError(
-            "--replay, --picture, --animation and --recording show what is simulated in this process, and --robot is another; leave "
-            "them out"
+            "--replay, --picture, --animation and --recording show what is simulated in this process, and --robot is another; "
+            "leave them out"
         )
 
 

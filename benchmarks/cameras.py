@@ -30,7 +30,7 @@ from wam_cast.adaptation.robot_distribution import RobotDistribution
 from wam_cast.cli.terminal import print_table
 from wam_cast.experiments.statistics import coverage
 from wam_cast.learning.reference import reference_model
-from wam_cast.perception.ball_filter import BallBelief, BallFilter, Landing
+from wam_cast.perception.ball_filter import BallBelief, BallFilter, ObservedLanding
 from wam_cast.perception.ball_observer import believed_cameras
 from wam_cast.perception.pinhole import Camera
 from wam_cast.perception.recorded_cast import Sighting, observe_cast
@@ -73,7 +73,7 @@ def again(
     every: int = 1,
     share: float = 1.0,
     move: Callable[[Camera], Camera] = lambda camera: camera,
-) -> Landing | None:
+) -> ObservedLanding | None:
     """Return where the ball is seen to land by some of the cameras, in every so-manieth picture, or a share of them."""
     cameras = [move(camera) for camera in np.array(believed_cameras(SCENARIO.cameras), dtype=object)[list(which)]]
     ball_filter, belief = BallFilter(SCENARIO, cameras, every / SCENARIO.cameras.frame_rate), BallBelief()
@@ -94,7 +94,7 @@ def turned(camera: Camera) -> Camera:
     return replace(camera, R_WV=camera.R_WV @ Rotation.from_rotvec([0.0, 0.001, 0.0]).as_matrix())
 
 
-WAYS: dict[str, Callable[[Sighting], Landing | None]] = {
+WAYS: dict[str, Callable[[Sighting], ObservedLanding | None]] = {
     "two cameras": lambda sighting: sighting.landing,
     "two, at 30 Hz": lambda sighting: again(sighting, every=2),
     "two, half of their pictures lost": lambda sighting: again(sighting, share=0.5),

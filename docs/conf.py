@@ -30,8 +30,8 @@ smartquotes = False  # options begin with two hyphens
 nitpicky = True
 # Names of other packages, which a build would need the network to resolve, and abbreviations of types.
 OTHERS = (
-    "builtins|collections|concurrent|contextlib|drake|enum|jinja2|matplotlib|numpy|pandas|pathlib|pd|pyarrow|pydantic|pydantic_core|"
-    "pydrake|sklearn|subprocess|xml|zipfile"
+    "builtins|collections|concurrent|contextlib|drake|enum|foxglove|google|gymnasium|jinja2|matplotlib|numpy|pandas|pathlib|pd|"
+    "pyarrow|pydantic|pydantic_core|pydrake|sklearn|subprocess|xml|zipfile"
 )
 ABBREVIATIONS = (
     r"AbstractValue|Any|Array|Element|Picture|ArrayLike|Axes|Axis|Figure|NDArray|Path|np\.bool_|object_|"

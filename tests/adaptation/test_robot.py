@@ -10,7 +10,7 @@ from wam_cast.adaptation.robot import LARGEST_STD, Robot, SimulatedRobot
 from wam_cast.adaptation.robot_distribution import RobotDistribution
 from wam_cast.cast import Cast
 from wam_cast.errors import InputError
-from wam_cast.perception.ball_filter import Landing
+from wam_cast.perception.ball_filter import ObservedLanding
 from wam_cast.scenario import Cameras, Noise, Scenario
 
 CAST = Cast(0.30, 0.60, 0.10)
@@ -89,7 +89,7 @@ def seen_by_cameras(monkeypatch, recording, landing):
 
 def test_cameras_say_where_the_ball_landed_and_how_well_they_know(monkeypatch):
     recording = SimpleNamespace(outcome=wc.simulate_cast(Scenario(), CAST))
-    landing = Landing(np.array([0.61, 0.003]), np.diag([1e-6, 3e-6]))
+    landing = ObservedLanding(np.array([0.61, 0.003]), np.diag([1e-6, 3e-6]))
     asked = seen_by_cameras(monkeypatch, recording, landing)
     truth, belief = Scenario.from_dict({"string": {"length": 0.61}}), Scenario()
     seen = SimulatedRobot(truth, belief, seed=2, observe="camera").cast(CAST, (0.6, 0.0))

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from wam_cast.perception.ball_filter import BallBelief, BallFilter, Landing
+from wam_cast.perception.ball_filter import BallBelief, BallFilter, ObservedLanding
 from wam_cast.perception.ball_motion import Hand, moved
 from wam_cast.perception.ball_observer import believed_cameras
 from wam_cast.perception.pinhole import Camera
@@ -192,5 +192,5 @@ def test_triangulation_is_as_exact_as_it_says():
 
 
 def test_one_deviation_for_both_directions_has_their_mean_variance():
-    assert Landing(np.zeros(2), np.array([[9e-6, 2e-6], [2e-6, 16e-6]])).std == pytest.approx(np.sqrt(12.5e-6))
+    assert ObservedLanding(np.zeros(2), np.array([[9e-6, 2e-6], [2e-6, 16e-6]])).std == pytest.approx(np.sqrt(12.5e-6))
     assert replace(BallBelief(), n_seen=3).landing is None

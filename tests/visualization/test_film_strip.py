@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from wam_cast.errors import InputError
 from wam_cast.motion.stages import Stage
-from wam_cast.perception.ball_filter import BallBelief, Landing
+from wam_cast.perception.ball_filter import BallBelief, ObservedLanding
 from wam_cast.perception.ball_observer import Look, true_cameras
 from wam_cast.perception.recorded_cast import Sighting
 from wam_cast.robot.plant import STRING_COLOR
@@ -255,7 +255,7 @@ def sighting(caught):
     scenario = caught.scenario.model_copy(update={"cameras": Cameras(number=2, width=160, height=120)})
     recording = dataclasses.replace(caught, scenario=scenario)
     landed = int(np.argmin(np.abs(caught.times - caught.outcome.crossing_time)))
-    landing, looks = Landing(caught.outcome.landing + np.array([0.001, 0.0]), 4e-6 * np.eye(2)), []
+    landing, looks = ObservedLanding(caught.outcome.landing + np.array([0.001, 0.0]), 4e-6 * np.eye(2)), []
     for sample in range(landed - 60, landed + 1, 10):
         p_WL = caught.p_WL[sample]
         found = [[*camera.project(p_WL[np.newaxis])[0], 0.0, 5.0] for camera in true_cameras(scenario.cameras)]

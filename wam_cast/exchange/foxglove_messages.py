@@ -1,9 +1,6 @@
 """Samples of a recorded cast as Foxglove's messages, in protobuf."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from foxglove_schemas_protobuf.Color_pb2 import Color
@@ -23,15 +20,12 @@ from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from foxglove_schemas_protobuf.SpherePrimitive_pb2 import SpherePrimitive
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.timestamp_pb2 import Timestamp
+from pydrake.math import RigidTransform
 
 from wam_cast.robot.plant import BALL_COLOR, CUP_COLOR, N_ARM, STRING_COLOR
 from wam_cast.scenario import Ball, Cup
 from wam_cast.types import Array, Position
-
-if TYPE_CHECKING:
-    from pydrake.math import RigidTransform
-
-    from wam_cast.visualization.scene import CastScene
+from wam_cast.visualization.scene import CastScene
 
 WORLD = "world"
 """Name of the frame W."""

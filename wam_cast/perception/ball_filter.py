@@ -46,7 +46,7 @@ LEAST_FRAMES = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Landing:
+class ObservedLanding:
     """Where the ball comes down through the rim plane, as observed.
 
     Attributes
@@ -88,7 +88,7 @@ class BallBelief:
     covariance: Array | None = None
     hand: Array | None = None
     n_seen: int = 0
-    landing: Landing | None = None
+    landing: ObservedLanding | None = None
     is_down: bool = False
 
 
@@ -202,7 +202,7 @@ class BallFilter:
 
         return _updated(mean, covariance, stretch, np.zeros(1), np.array([STRING_STD**2]))
 
-    def _landing(self, belief: BallBelief, way: Hand) -> Landing | None:
+    def _landing(self, belief: BallBelief, way: Hand) -> ObservedLanding | None:
         """Return where a ball that is above the rim plane comes down through it; none if too little was seen of it."""
         assert belief.mean is not None
         assert belief.covariance is not None
@@ -215,7 +215,7 @@ class BallFilter:
         points = _points(mean, covariance)
         late = (height - points[:, 2]) / np.minimum(points[:, 5], -1e-3)
         position, spread = _moments(points[:, :2] + late[:, np.newaxis] * points[:, 3:5])
-        return Landing(position, spread + self._calibration_std**2 * np.eye(2))
+        return ObservedLanding(position, spread + self._calibration_std**2 * np.eye(2))
 
 
 def _points(mean: Array, covariance: Array) -> Array:

@@ -21,7 +21,7 @@ from wam_cast.arm.arm_chain import arm_chain, encoder_resolution
 from wam_cast.arm.arm_model import arm_model
 from wam_cast.errors import InputError, checked_integer
 from wam_cast.motion.stages import Stage
-from wam_cast.perception.ball_filter import Landing
+from wam_cast.perception.ball_filter import ObservedLanding
 from wam_cast.perception.ball_observer import Look, add_eyes
 from wam_cast.robot.controller import MeasuredArm
 from wam_cast.robot.drake_types import add_system
@@ -54,7 +54,7 @@ class Sighting:
     looks: tuple[Look, ...]
 
     @property
-    def landing(self) -> Landing | None:
+    def landing(self) -> ObservedLanding | None:
         """Where the ball came down through the rim plane; none if they saw too little of it, or it did not."""
         return self.looks[-1].belief.landing if self.looks else None
 

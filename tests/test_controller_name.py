@@ -84,6 +84,7 @@ def test_a_directory_takes_one_controllers_casts(own, tmp_path, monkeypatch, inl
     generate_dataset(Scenario(), 1, make_controller=own.Own, **options)
 
 
+@pytest.mark.slow
 def test_a_model_refuses_another_controller(model):
     one = ForwardModel.load(model)
     assert one.controller == "own_controllers.Own"

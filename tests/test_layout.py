@@ -207,6 +207,13 @@ def test_estimator_loads_no_drake():
     assert not {name for name in loaded if name.startswith("pydrake")}
 
 
+def test_planning_loads_neither_scikit_learn_nor_pandas():
+    """They would take as long as all else of `wam-cast plan`."""
+    loaded = loaded_by("import wam_cast as wc; wc.reference_model(); import wam_cast.planning.program")
+    assert "numpy" in loaded
+    assert not loaded & {"sklearn", "pandas", "scipy.stats"}
+
+
 def test_public_names_resolve():
     for name, home in wam_cast._HOME.items():
         assert f"wam_cast.{home}" in MODULES

@@ -28,7 +28,7 @@ MILD = np.array([[0.30, 0.60, 0.10], [0.25, 0.50, 0.20], [0.35, 0.70, 0.15]])
 
 @pytest.fixture(scope="module")
 def physics():
-    return PhysicalPrior(ROBOTS)
+    return PhysicalPrior(ROBOTS, n_casts=96)
 
 
 @pytest.fixture(scope="module")

@@ -51,11 +51,13 @@ def test_more_of_them_begin_with_the_same_and_lower_it_further(model, targets):
     assert (np.diff(left) < 0).all()
 
 
+@pytest.mark.slow
 def test_none_is_chosen_twice_since_what_the_components_leave_would_be_the_same(model):
     casts = [cast.to_array()[:3] for cast in choose_practice(model, 30)]
     assert len(np.unique(casts, axis=0)) == 30
 
 
+@pytest.mark.slow
 def test_for_the_whole_floor_it_practises_in_several_directions(model):
     bearings = {cast.bearing for cast in choose_practice(model, 8)}
     assert len(bearings) > 1

@@ -353,6 +353,7 @@ def test_limits_that_the_arm_met_are_named(cli, monkeypatch, thrown):
     assert "cup 0.7500, 0.0000: on the way home, joint 1 speed" in result.out
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("scenarios")
 def test_a_cup_that_differs_in_its_contact_needs_no_model_of_its_own(cli, folder):
     plain = json.loads(cli("throw", "--cup", "0.75", "--json").out)
@@ -388,6 +389,7 @@ def test_seed_draws_the_noise_and_the_next_cup_takes_the_next_seed(cli, noisy, m
     assert json.loads(cli("throw", "--cup", "0.75", "--json").out)["landing"] == list(outcome.landing)
 
 
+@pytest.mark.slow
 def test_without_noise_the_seed_changes_nothing(cli):
     words = ("throw", "--cup", "0.75", "--json")
     assert cli(*words, "--seed", "4") == cli(*words)
@@ -506,6 +508,7 @@ def test_fit_says_that_it_approximates(cli, monkeypatch):
     assert "30 of them, an approximation" in cli("fit", "d", "--out", "a.model").out
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_physics")
 def test_a_second_run_adds_to_a_dataset_and_replaces_a_model(cli, folder):
     for n_casts in (60, 60, 90):
@@ -595,6 +598,7 @@ def test_an_interrupted_generation_says_how_to_go_on(cli, folder, monkeypatch):
         assert here.read_bytes() == there.read_bytes()
 
 
+@pytest.mark.slow
 def test_a_generation_that_the_machine_ends_says_how_to_go_on(cli, folder, monkeypatch):
     def fail(*_, **__):
         raise MachineError("row 3: its process died 4 times")
@@ -623,6 +627,7 @@ def test_show_writes_the_diagram(cli, folder):
     assert names(folder) == ["a.dot"]
 
 
+@pytest.mark.slow
 def test_throw_plans_with_what_is_believed_and_executes_on_the_robot(cli, folder):
     (folder / "truth.yaml").write_text("string: {length: 0.605}\narm: {mass_scale: 1.02}\n", encoding="utf-8")
     (folder / "belief.yaml").write_text("{}\n", encoding="utf-8")

@@ -219,18 +219,15 @@ def test_wrong_input_gets_one_line_before_any_cast(cli, robot_by_formula, words,
     assert not robot_by_formula
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
+def test_another_campaign_is_refused(cli):
+    assert cli("learn", *WORDS, "--casts", "2").code == 0
+    for words, said in (
         (("--seed", "1"), "another seed (0, not 1)"),
         (("--cup", "0.6"), "another cups"),
         (("--method", "affine"), "another method ('prior', not 'affine')"),
         (("--casts", "1"), "a campaign of 2 casts"),
         (("--robot", "belief.yaml"), "another robot.string.length (0.61, not 0.6)"),
-    ],
-)
-def test_another_campaign_is_refused(cli, words, said):
-    assert cli("learn", *WORDS, "--casts", "2").code == 0
-    result = cli("learn", *WORDS, "--casts", "2", *words)
-    assert (result.code, result.out, result.err.count("\n")) == (2, "", 1)
-    assert f"my campaign holds {said}" in result.err.replace("a campaign with another", "another")
+    ):
+        result = cli("learn", *WORDS, "--casts", "2", *words)
+        assert (result.code, result.out, result.err.count("\n")) == (2, "", 1)
+        assert f"my campaign holds {said}" in result.err.replace("a campaign with another", "another")

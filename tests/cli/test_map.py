@@ -59,6 +59,7 @@ def test_json_is_the_whole_map(cli, noisy):
     assert record["rings"][0]["casts"][0]["along"] is None  # it never came down
 
 
+@pytest.mark.slow
 def test_options_arrive(cli, floor_without_physics):
     words = ("--planner", "program", "--solver", "nlopt", "--workers", "1")
     assert cli("map", "--out", "map.svg", *SMALL, *words).code == 0
@@ -110,6 +111,7 @@ def interrupt_at(monkeypatch, n_casts):
     return simulate
 
 
+@pytest.mark.slow
 def test_an_interrupted_map_goes_on_to_the_same_map(cli, folder, noisy, monkeypatch, floor_without_physics):
     words = (*SMALL, *noisy, "--seed", "3", "--json")
     whole = json.loads(cli("map", "--out", "whole.png", *words).out)

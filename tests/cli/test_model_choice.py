@@ -63,6 +63,7 @@ def test_what_needs_no_model_does_without_the_shipped_one(cli):
     assert reference.reference_model_for(wc.Scenario()) is None
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_physics", "scenarios")
 def test_an_own_model_that_does_not_serve_is_passed_over_and_train_keeps_it_beside_the_new_one(cli, folder, explored):
     words = ("plan", "--cup", "0.7", "--scenario", "heavy.yaml")

@@ -52,6 +52,7 @@ def test_an_arm_that_is_not_there_is_one_line(cli, network):
     assert "wam-cast robot" in result.err
 
 
+@pytest.mark.slow
 def test_json_is_that_of_one_process_and_two_keys(cli, network):
     arm = SimulatedArm(network.join(lambda: arm.work()), wc.Scenario(), clock=network)
     here, there = cli(*CAST, "--json"), cli(*CAST, "--robot", URL, "--json")

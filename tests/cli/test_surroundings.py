@@ -128,6 +128,7 @@ def test_a_dataset_set_aside_is_told_in_printable_letters(capsys):
 NO_TEXT = b"\xff\xfe no text"
 
 
+@pytest.mark.slow
 def test_settings_of_matplotlib_that_cannot_be_read_stop_nothing(process, folder, monkeypatch):
     monkeypatch.setenv("MPLBACKEND", "none such")
     monkeypatch.setenv("MATPLOTLIBRC", "named")

@@ -8,6 +8,7 @@ import pytest
 
 from wam_cast.experiments.transfer import transfer as experiment
 from wam_cast.experiments.transfer.one_robot import RobotStudy, UnknownRobot
+from wam_cast.experiments.transfer.transfer_report import write_report
 from wam_cast.experiments.transfer.transfer_settings import CUPS
 
 WORDS = ("transfer", "--quick", "--out", "robots")
@@ -36,8 +37,9 @@ def plan(k):
 
 @pytest.fixture(autouse=True)
 def robots(monkeypatch):
-    """Study robots in no time and in this process, and return which; what is known of them is nothing."""
+    """Study robots in no time and in this process, and return which; what is known of them is nothing, and nothing is drawn."""
     studied = []
+    monkeypatch.setattr(experiment, "write_report", lambda *_: None)
 
     def study(robot):
         studied.append(robot.number)
@@ -51,7 +53,8 @@ def robots(monkeypatch):
     return studied
 
 
-def test_it_prints_a_line_for_each_group_and_practice_and_writes_a_report(cli, folder):
+def test_it_prints_a_line_for_each_group_and_practice_and_writes_a_report(cli, folder, monkeypatch):
+    monkeypatch.setattr(experiment, "write_report", write_report)
     result = cli(*WORDS)
     assert (result.code, result.err.splitlines()) == (0, ["what is known", "robots"])
     assert "x2" in result.out
@@ -59,6 +62,7 @@ def test_it_prints_a_line_for_each_group_and_practice_and_writes_a_report(cli, f
     assert "2 of 2" in result.out
     for name in ("report.md", "report.html", "results.json", "figures/bias.png", "figures/hit-rates.pdf"):
         assert (folder / "robots" / name).stat().st_size > 0
+    monkeypatch.setattr(experiment, "write_report", lambda *_: None)
     tables = json.loads(cli(*WORDS, "--json").out)
     assert len(tables["campaigns"]) == 6
     assert {row["p95"] for row in tables["bias"]} == {0.0042, 0.0092}

@@ -63,7 +63,9 @@ ROBOTS = {
 }
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name != "another robot")) for name in ROBOTS]
+)
 def test_all_that_is_told_of_a_cast_is_drakes(name):
     for drake, own in both(ROBOTS[name], 3, range(1)):
         assert [own[column] for column in COUNTED] == [drake[column] for column in COUNTED]
@@ -71,6 +73,7 @@ def test_all_that_is_told_of_a_cast_is_drakes(name):
             assert own[column] == pytest.approx(drake[column], abs=2e-6, nan_ok=True), column
 
 
+@pytest.mark.slow
 def test_encoders_count_as_drakes_do():
     # Where a count falls is chance: no more than a few of them are to differ.
     scenario = Scenario(noise=Noise(encoder_counts=4096))
@@ -78,6 +81,7 @@ def test_encoders_count_as_drakes_do():
     assert own["landing_along"] == pytest.approx(drake["landing_along"], abs=1e-5)
 
 
+@pytest.mark.slow
 def test_a_turn_goes_before_the_cast():
     scenario = Scenario()
     simulator = MujocoSimulator(scenario)

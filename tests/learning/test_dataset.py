@@ -412,6 +412,7 @@ def test_a_cast_whose_process_died_is_simulated_again(helper, monkeypatch):
     assert list(frame["status"]) == ["landed"] * 3
 
 
+@pytest.mark.slow
 def test_what_was_finished_before_a_process_died_for_good_is_kept(helper, monkeypatch, tmp_path):
     monkeypatch.setattr(dataset, "simulate_row", helper.dead_row)
     with pytest.raises(MachineError, match="row 60"):

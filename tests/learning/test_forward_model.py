@@ -131,6 +131,7 @@ def test_hyperparameters_that_are_none_are_refused_and_not_chosen(data):
         ForwardModel.fit(data, estimator=KernelRidge(sigma=None))
 
 
+@pytest.mark.slow
 def test_the_standard_deviation_of_few_casts_holds_what_it_says():
     """Some landings are far off. With the few validation casts alone to scale by, it held 86 % of one dataset's fresh casts."""
 

@@ -23,6 +23,8 @@ from wam_cast.planning.plan import plan_cast
 from wam_cast.planning.prediction import OUTPUTS
 from wam_cast.scenario import Scenario
 
+pytestmark = pytest.mark.slow
+
 SCENARIO = Scenario()
 N_LANDMARKS = 150
 

@@ -287,6 +287,7 @@ for i in range(80):
 """
 
 
+@pytest.mark.slow
 def test_processes_that_open_a_directory_at_once_leave_one_whole_dataset(tmp_path):
     # With different seeds in the first 40 directories, with the same in the others.
     pipes = {"stdin": subprocess.PIPE, "stderr": subprocess.PIPE}

@@ -66,7 +66,7 @@ def test_frames_show_a_lit_scene_that_moves(frames):
         assert np.mean(np.any(one.image != next_one.image, axis=2)) > 0.01
 
 
-@pytest.mark.parametrize("name", ["caught", "missed"])
+@pytest.mark.parametrize("name", ["caught", pytest.param("missed", marks=pytest.mark.slow)])
 def test_ball_is_rendered_where_the_camera_projects_it(name, request):
     recording = request.getfixturevalue(name)
     samples = [0, 150, 250, 350]
@@ -114,7 +114,7 @@ def test_camera_frames_its_points_tightly_with_the_cast_to_the_right(bearing):
     assert high[1] < low[1] - 5
 
 
-@pytest.mark.parametrize("name", ["caught", "missed", "landed"])
+@pytest.mark.parametrize("name", ["caught", pytest.param("missed", marks=pytest.mark.slow), "landed"])
 def test_whole_cast_is_in_the_picture(name, request):
     recording = request.getfixturevalue(name)
     (frame,) = render_frames(recording, [0], size=(60, 80))

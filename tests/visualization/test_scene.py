@@ -96,6 +96,7 @@ def test_camera_sees_all_of_the_arm(name):
     assert np.all(hand > points.min(axis=0) - 0.01) and np.all(hand < points.max(axis=0) + 0.01)
 
 
+@pytest.mark.slow
 def test_frames_show_the_elbow_of_an_arm_that_stands():
     scenario = Scenario.from_dict(ON_FLOOR)
     recording = CastSimulator(scenario).record(Cast(0.3, 0.6, 0.1, bearing=0.3))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -53,6 +53,7 @@ class ArmModel:
     stretched_length: float
 
 
+@cache
 def models_directory() -> Path:
     """Return the folder of the robot's models: inside the package once installed, beside it in a checkout."""
     installed = Path(__file__).parents[1] / "models"

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from pydantic import BaseModel
 
 from wam_cast.batch.arguments import checked_casts, checked_seeds
+from wam_cast.batch.compilation import compiled_by_jax
 from wam_cast.batch.engine import Batch, Chunk, double, tell
 from wam_cast.batch.flight import Settings
 from wam_cast.batch.landing import Landing
@@ -152,4 +153,4 @@ def _compiled(settings: Settings) -> Any:
         _, derivatives, has_landed = jax.jvp(landing_of, (values,), (tangent,), has_aux=True)
         return derivatives, has_landed
 
-    return jax.jit(derivative)
+    return compiled_by_jax(derivative)

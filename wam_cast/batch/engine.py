@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from wam_cast.arm.arm_chain import FRICTION_SPEED, arm_chain
 from wam_cast.arm.posture import mass_matrix, starting_posture
 from wam_cast.batch.arguments import Precision, checked_casts, checked_precision, checked_scenarios, checked_seeds
+from wam_cast.batch.compilation import compiled_by_jax
 from wam_cast.batch.flight import Flight, Settings, fly
 from wam_cast.batch.landing import Landing, landing
 from wam_cast.batch.numbers import CastNumbers, numbers, scenario_numbers, stacked
@@ -106,7 +107,7 @@ def in_precision(values: Any, precision: Precision) -> Any:
 @lru_cache(maxsize=16)
 def compiled(settings: Settings) -> Any:
     """Return the function that simulates casts, which JAX compiles when its arguments have new shapes."""
-    return jax.jit(lambda numbers, deviates, n_steps: tell(numbers, deviates, n_steps, settings))
+    return compiled_by_jax(lambda numbers, deviates, n_steps: tell(numbers, deviates, n_steps, settings))
 
 
 def tell(numbers: CastNumbers, deviates: Any, n_steps: Any, settings: Settings) -> Told:

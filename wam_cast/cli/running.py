@@ -6,6 +6,7 @@ import errno
 import os
 import re
 from contextlib import chdir, suppress
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -58,7 +59,7 @@ def ignore_matplotlib_settings() -> None:
 
 def _answer(words: list[str]) -> int:
     try:
-        code: int | None = app(words, prog_name="wam-cast", standalone_mode=False)
+        code: int | None = _command()(words, prog_name="wam-cast", standalone_mode=False)
     except typer.Abort:
         return 130
     except (InputError, MachineError) as error:
@@ -71,6 +72,12 @@ def _answer(words: list[str]) -> int:
     else:
         return code or 0
     return 2
+
+
+@cache
+def _command() -> Any:
+    """Return what Typer makes of all commands, once in a process."""
+    return typer.main.get_command(app)
 
 
 def _describe_usage(error: Any) -> str:

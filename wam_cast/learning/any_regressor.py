@@ -7,7 +7,6 @@ from typing import Protocol, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
-from sklearn.base import clone
 
 from wam_cast.errors import InputError, quoted
 from wam_cast.types import Array
@@ -45,6 +44,8 @@ class AnyRegressor:
                 f"estimator {quoted(regressor)} is no regressor: give an instance with the methods fit and predict, "
                 "such as sklearn.gaussian_process.GaussianProcessRegressor()"
             )
+        from sklearn.base import clone  # takes a second, which planning a cast does not need
+
         self._regressor: Regressor = clone(regressor, safe=False)
         self._steps = STEP * np.diag(bounds[1] - bounds[0])
         self._outputs: int | slice = slice(None)

@@ -15,8 +15,8 @@ from wam_cast.controller_names import DEFAULT_CONTROLLER
 from wam_cast.deprecation import renamed
 from wam_cast.errors import InputError
 from wam_cast.learning.any_regressor import AnyRegressor, Regressor
+from wam_cast.learning.kernel.kernel_regression import KernelRegression
 from wam_cast.learning.kernel_fit import KernelFit, fit_kernel, learn_uncertainty
-from wam_cast.learning.kernel_ridge import KernelRidge
 from wam_cast.learning.model_file import MOST_TRAINING_CASTS, Fit, StoredModel, read_model, write_model
 from wam_cast.learning.parts import Part, Parts, split_casts
 from wam_cast.learning.uncertainty import ConstantUncertainty, LandingUncertainty, held_out_scale
@@ -59,7 +59,7 @@ class ForwardModel:
     def __init__(
         self,
         scenario: Scenario,
-        estimator: KernelRidge | AnyRegressor,
+        estimator: KernelRegression | AnyRegressor,
         uncertainty: LandingUncertainty | ConstantUncertainty,
         training_outputs: Array,
         training_is_clean: NDArray[np.bool_],
@@ -109,7 +109,7 @@ class ForwardModel:
         parts = split_casts(data)
         if estimator is None:
             return cls._fit_parts(data, parts, KernelFit(data.scenario), opens_test=True)
-        if isinstance(estimator, KernelRidge):
+        if isinstance(estimator, KernelRegression):
             chosen = (estimator.sigma, estimator.regularization, estimator.n_landmarks)
             return cls._fit_parts(data, parts, KernelFit(data.scenario, chosen), opens_test=True)
         return cls._fit_any(data, parts, estimator)
@@ -278,7 +278,7 @@ def _counts(data: CastDataset, parts: Parts) -> dict[str, int]:
     return {"seed": data.seed, "n_train": n_train, "n_validation": n_validation, "n_test": parts.n_test}
 
 
-def _landing_rmse(estimator: KernelRidge | AnyRegressor, part: Part) -> float:
+def _landing_rmse(estimator: KernelRegression | AnyRegressor, part: Part) -> float:
     return _rmse(estimator.predict(part.X)[:, ALONG] - part.landing)
 
 

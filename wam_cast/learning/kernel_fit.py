@@ -12,8 +12,8 @@ from wam_cast.cast import PARAMETERS, cast_bounds
 from wam_cast.errors import InputError
 from wam_cast.learning.hyperparameters import TuningResult, tune_by_lbfgs
 from wam_cast.learning.kernel.kernel_parameters import checked_n_landmarks, checked_regularization, checked_sigma
+from wam_cast.learning.kernel.kernel_regression import KernelRegression
 from wam_cast.learning.kernel.landmarks import landmark_rows
-from wam_cast.learning.kernel_ridge import KernelRidge
 from wam_cast.learning.losses import LeaveOneOutLoss
 from wam_cast.learning.parts import Part
 from wam_cast.learning.uncertainty import LandingUncertainty
@@ -47,7 +47,7 @@ class KernelFit:
     scenario: Scenario
     given: tuple[ArrayLike, float, int | None] | None = None
 
-    def __call__(self, train: Part) -> KernelRidge:
+    def __call__(self, train: Part) -> KernelRegression:
         """Return an estimator fitted to training casts."""
         sigma, regularization, n_landmarks = self.given or (*self._tuned(train), None)
         if n_landmarks is None:
@@ -67,9 +67,9 @@ class KernelFit:
 
 def fit_kernel(
     scenario: Scenario, sigma: tuple[float, ...], regularization: float, n_landmarks: int | None, X: Array, y: Array
-) -> KernelRidge:
+) -> KernelRegression:
     """Return an estimator of casts X, (n, 3), with `.OUTPUTS` y, (n, 7). Raises `.InputError` if its matrix is singular."""
-    estimator = KernelRidge(
+    estimator = KernelRegression(
         sigma=sigma, regularization=regularization, input_bounds=cast_bounds(scenario), n_landmarks=n_landmarks
     )
     try:
@@ -86,7 +86,7 @@ def tune_model(scenario: Scenario, train: Part) -> TuningResult:
     return tune_by_lbfgs(loss, sigma0=[START_SIGMA] * train.X.shape[1])
 
 
-def learn_uncertainty(estimator: KernelRidge, fit: KernelFit, train: Part, validation: Part) -> LandingUncertainty:
+def learn_uncertainty(estimator: KernelRegression, fit: KernelFit, train: Part, validation: Part) -> LandingUncertainty:
     """Return the uncertainty of an estimator that `fit` has made of the training casts, scaled by casts that it has not seen.
 
     These are the validation casts. Where they are few, they and the training casts are held out in turn, a fifth at a time, each
@@ -112,7 +112,7 @@ def _folds(train: Part, validation: Part) -> Iterator[tuple[Part, Part]]:
         yield Part(X[is_other], y[is_other], is_clean[is_other]), Part(X[~is_other], y[~is_other], is_clean[~is_other])
 
 
-def _normalized_errors(estimator: KernelRidge, uncertainty: LandingUncertainty, part: Part) -> Array:
+def _normalized_errors(estimator: KernelRegression, uncertainty: LandingUncertainty, part: Part) -> Array:
     """Return the errors of predicted landings in standard deviations, shape (n,)."""
     return np.asarray((estimator.predict(part.X)[:, 0] - part.landing) / uncertainty.std(part.X))
 

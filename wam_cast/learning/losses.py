@@ -14,7 +14,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import blas, cho_solve, lapack
-from sklearn.utils.validation import check_X_y
 
 from wam_cast.learning.kernel.kernel_matrix import factorize, gaussian_kernel
 from wam_cast.learning.kernel.kernel_parameters import checked_regularization, checked_sigma, input_scale
@@ -218,6 +217,8 @@ def _kernel_slope(weights: Array, Z: Array, Z_fit: Array) -> Array:
 
 def _checked(X: ArrayLike, y: ArrayLike) -> tuple[Array, Array]:
     """Return inputs and targets as arrays of floats, or raise a ValueError that says what is wrong with them."""
+    from sklearn.utils.validation import check_X_y  # takes a second, which planning a cast does not need
+
     X_valid, y_valid = check_X_y(X, y, dtype=np.float64, multi_output=True, y_numeric=True)
     return X_valid, np.asarray(y_valid, dtype=np.float64)
 

@@ -15,11 +15,10 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 from scipy.special import stdtrit
-from sklearn.base import clone
 
 from wam_cast.learning.hyperparameters import REGULARIZATION_BOUNDS, tune_by_lbfgs
 from wam_cast.learning.kernel.kernel_matrix import gaussian_kernel
-from wam_cast.learning.kernel_ridge import KernelRidge
+from wam_cast.learning.kernel.kernel_regression import KernelRegression
 from wam_cast.learning.losses import LeaveOneOutLoss
 from wam_cast.parallel.threads import one_thread
 from wam_cast.types import Array
@@ -80,17 +79,20 @@ class LandingUncertainty:
     fitted `estimator` is the landing; g is fitted to `log_ratios`, shape (n_train,); `fit` is what `learn` found.
     """
 
-    def __init__(self, estimator: KernelRidge, log_ratios: Array, fit: ErrorFit) -> None:
+    def __init__(self, estimator: KernelRegression, log_ratios: Array, fit: ErrorFit) -> None:
         self.log_ratios, self.fit = log_ratios, fit
         self._centers, self._offset = estimator.centers_, estimator.input_offset_
         self._length_scale, self._regularization = estimator.length_scale_, estimator.regularization_
         self._whitening = _whitening(estimator)
-        # With as many landmarks as the estimator has, if it has.
-        self._correction = clone(estimator).set_params(sigma=fit.sigma, regularization=fit.regularization)
-        self._correction.fit(estimator.X_fit_, log_ratios)
+        self._correction = KernelRegression(
+            sigma=fit.sigma,
+            regularization=fit.regularization,
+            input_bounds=estimator.input_bounds,
+            n_landmarks=estimator.n_landmarks,
+        ).fit(estimator.X_fit_, log_ratios)
 
     @classmethod
-    def learn(cls, estimator: KernelRidge) -> LandingUncertainty:
+    def learn(cls, estimator: KernelRegression) -> LandingUncertainty:
         """Learn from the estimator's own training casts. The scale is 1: see `scaled_by`."""
         residuals, inverse_diagonal = estimator.leave_one_out()
         ratios = np.abs(residuals[:, 0]) * np.sqrt(inverse_diagonal)
@@ -172,7 +174,7 @@ def _regularization_bounds(log_ratios: Array) -> tuple[float, float]:
     return (most if signal <= 0 else float(np.clip(LOG_CHANCE_VARIANCE / signal, least, most))), most
 
 
-def _whitening(estimator: KernelRidge) -> Array:
+def _whitening(estimator: KernelRegression) -> Array:
     """Return W, shape (r, n_centers), with W^T W = (K + lambda I)^-1 up to eigenvalues so small that they explain nothing.
 
     As a sum of squares the explained variance keeps its digits; the product k^T (K + lambda I)^-1 k loses most of them where

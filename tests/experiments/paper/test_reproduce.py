@@ -52,6 +52,7 @@ def test_same_seed_same_numbers_and_another_seed_others(finished, reproduce):
     assert numbers(other)["samples"]["distance"] != numbers(again)["samples"]["distance"]
 
 
+@pytest.mark.slow
 def test_an_interrupted_run_goes_on_and_finds_the_same(finished, reproduce):
     def interrupt(title, done, _):
         if title == "execution" and done == 2:

@@ -99,6 +99,7 @@ def test_settings_keep_noise_out_of_the_main_part():
     assert json.dumps(settings.identity)
 
 
+@pytest.mark.slow
 def test_a_changed_docstring_does_not_forbid_to_go_on(tmp_path):
     package = Path(wc.__file__).parent
     copied = Path(shutil.copytree(package, tmp_path / "wam_cast"))

@@ -16,6 +16,8 @@ from wam_cast.scenario import Noise, Scenario
 from wam_cast.visualization.figures.floor_figures import draw_floor, draw_offsets, draw_rim_clear_probability
 from wam_cast.visualization.style import figure_style
 
+pytestmark = pytest.mark.slow
+
 RADII, PROBABILITY = np.array([0.2, 0.6, 1.0]), np.array([0.9, 0.5, 0.1])
 BEARINGS = (-2.5, 2.5)
 CUPS = np.array([[0.2, 0.0], [0.0, 0.6], [0.0, -0.6], [1.0, 0.0]])
@@ -153,15 +155,18 @@ def test_the_picture_shows_all_cups_and_casts_and_reads_well(
     np.testing.assert_allclose(line_of(chances, "rim-clear entry, predicted"), expected)
 
 
-@pytest.mark.parametrize("suffix", ["png", "pdf", "svg"])
-def test_the_picture_is_written_in_the_format_that_its_name_asks_for(floor_without_physics, tmp_path, suffix):
-    path = tmp_path / f"map.{suffix}"
-    write_floor_picture(map_floor(wc.reference_model(), MapSize(2, 2)), path)
-    start = {"png": b"\x89PNG", "pdf": b"%PDF", "svg": b"<?xml"}[suffix]
-    assert path.read_bytes().startswith(start)
+@pytest.fixture
+def small_map(floor_without_physics):
+    return map_floor(wc.reference_model(), MapSize(2, 2))
 
 
-def test_another_format_is_refused(floor_without_physics, tmp_path):
+def test_the_picture_is_written_in_the_format_that_its_name_asks_for(small_map, tmp_path):
+    for suffix, start in {"png": b"\x89PNG", "pdf": b"%PDF", "svg": b"<?xml"}.items():
+        write_floor_picture(small_map, tmp_path / f"map.{suffix}")
+        assert (tmp_path / f"map.{suffix}").read_bytes().startswith(start)
+
+
+def test_another_format_is_refused(small_map, tmp_path):
     with pytest.raises(InputError, match="choose one of"):
-        write_floor_picture(map_floor(wc.reference_model(), MapSize(2, 2)), tmp_path / "map.jpg")
+        write_floor_picture(small_map, tmp_path / "map.jpg")
     assert not list(tmp_path.iterdir())

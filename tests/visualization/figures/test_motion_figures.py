@@ -12,6 +12,8 @@ from wam_cast.visualization.recorded import without_turn
 from wam_cast.visualization.side_view import in_casting_plane
 from wam_cast.visualization.style import figure_style
 
+pytestmark = pytest.mark.slow
+
 # --- over time
 
 
@@ -75,7 +77,6 @@ def test_legends_touch_no_label_of_an_axis(caught, size):
         assert 2 < gap < 40
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["missed", "landed"])
 def test_motion_is_the_recorded_one(name, request, line_of, assert_reads_well, legend_of):
     recording = request.getfixturevalue(name)

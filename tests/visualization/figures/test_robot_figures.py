@@ -10,6 +10,8 @@ from wam_cast.scenario import Scenario
 from wam_cast.visualization.figures.robot_figures import LEFT, draw_robot, draw_set_up, render_robot, render_set_up
 from wam_cast.visualization.style import figure_style
 
+pytestmark = pytest.mark.slow
+
 # --- set up
 
 CUPS = {"ahead": (0.75, 0.0), "near and aside": (0.25, -0.2)}
@@ -107,14 +109,12 @@ def robot_view():
     return render_robot(Scenario(), Q_BENT, cup=(0.6, 0.0), frames=FRAMES, has_joint_axes=True)
 
 
-@pytest.mark.slow
 def test_ball_is_seen_where_its_frame_is(robot_view):
     column, row = robot_view.frames["L"][0].round().astype(int)
     red, green, blue = robot_view.image[row, column].astype(int)
     assert red > 1.5 * green > 3 * blue
 
 
-@pytest.mark.slow
 def test_frames_point_where_their_axes_do(robot_view):
     for letter in "WC":
         origin, x, y, z = robot_view.frames[letter]
@@ -126,7 +126,6 @@ def test_frames_point_where_their_axes_do(robot_view):
     np.testing.assert_allclose(robot_view.frames["W"][0][0], base[0], atol=15)
 
 
-@pytest.mark.slow
 def test_joints_axes_are_those_of_the_arm(robot_view):
     middles, ends = robot_view.joint_axes[:, 0], robot_view.joint_axes[:, 1]
     directions = (ends - middles) / np.linalg.norm(ends - middles, axis=1, keepdims=True)
@@ -138,7 +137,6 @@ def test_joints_axes_are_those_of_the_arm(robot_view):
     np.testing.assert_allclose(directions[2], upper_arm, atol=0.15, err_msg="joint 3 turns about the upper arm")
 
 
-@pytest.mark.slow
 def test_drawing_names_all_that_was_asked_for_and_nothing_else(robot_view, assert_reads_well):
     with figure_style():
         figure = Figure(figsize=(9, 5))

@@ -10,7 +10,7 @@ from scipy.special import ndtri
 
 from wam_cast.adaptation.priors.offset import Offset, OffsetLinearization
 from wam_cast.cast import cast_bounds
-from wam_cast.learning.kernel_ridge import KernelRidge
+from wam_cast.learning.kernel.kernel_regression import KernelRegression
 from wam_cast.planning.prediction import ALONG, OUTPUTS
 from wam_cast.scenario import Scenario
 from wam_cast.types import Array
@@ -59,11 +59,11 @@ class InterpolatedPrior:
         self._scenario = scenario
         self.casts, self.values, self.left_out = casts, values, left_out
         bounds = cast_bounds(scenario)
-        self._values = KernelRidge(sigma=SIGMA, regularization=REGULARIZATION, input_bounds=bounds)
+        self._values = KernelRegression(sigma=SIGMA, regularization=REGULARIZATION, input_bounds=bounds)
         self._values.fit(casts, values.reshape(len(casts), -1))
         errors = self._values.leave_one_out_residuals().reshape(values.shape)
         variance = (errors**2).sum(axis=1) + left_out + LEAST_VARIANCE
-        self._rest = KernelRidge(sigma=REST_SIGMA, regularization=REST_REGULARIZATION, input_bounds=bounds)
+        self._rest = KernelRegression(sigma=REST_SIGMA, regularization=REST_REGULARIZATION, input_bounds=bounds)
         self._rest.fit(casts, np.log(variance))
         smoothed = np.exp(np.log(variance) - self._rest.leave_one_out_residuals())
         self._rest_scale = _normal_scale(errors, left_out, smoothed)

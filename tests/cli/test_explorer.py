@@ -53,6 +53,7 @@ def test_show_is_served_where_it_is_told_and_says_who_can_use_it(cli, interrupte
     assert result.err == (
         "whoever reaches this machine can use the page; leave --host out to serve this machine alone\ninterrupted\n"
     )
+    assert f"http://localhost:{port} " in result.out
     assert (port, "0.0.0.0") in {(address.port, address.ip) for address in listening_addresses()}
     taken = cli("show", "--port", port, "--host", "127.0.0.1")
     assert taken.code == 2

@@ -116,6 +116,12 @@ def test_cameras_look_if_they_are_asked_and_what_they_miss_is_told(cli, folder, 
     other = cli("learn", *WORDS, "--casts", "2")
     assert other.code == 2
     assert "another observe ('camera', not 'direct')" in other.err
+    assert "no landing was seen" not in cli("learn", *WORDS, "--casts", "2", "--observe", "camera").out
+    blind = cli("learn", *WORDS[:-1], "blind", "--casts", "2", "--observe", "camera").out.splitlines()
+    words = (
+        "no landing was seen in any cast, so that nothing was learned; see that the cameras of robot.yaml look there"
+    )
+    assert blind[-2:] == [words, "0 of 2 caught"]
 
 
 def test_json_is_the_log(cli, folder):
@@ -223,5 +229,5 @@ def test_another_campaign_is_refused(cli):
         (("--robot", "belief.yaml"), "another robot.string.length (0.61, not 0.6)"),
     ):
         result = cli("learn", *WORDS, "--casts", "2", *words)
-        assert (result.code, result.err.count("\n")) == (2, 1)
+        assert (result.code, result.out, result.err.count("\n")) == (2, "", 1)
         assert f"my campaign holds {said}" in result.err.replace("a campaign with another", "another")

@@ -1,5 +1,8 @@
 """Tables of recorded casts: what is written is read, and what can be of no robot is refused in one line."""
 
+import re
+from decimal import Decimal
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -44,6 +47,40 @@ def test_columns_may_come_in_any_order_and_some_be_left_out(table, tmp_path):
     assert np.isnan(found.torques).all()
     assert np.isfinite(found.p_WL).all(axis=1).tolist() == [True] * 3 + [False] * 4 + [True] * 3
     assert found.shifted(0.5).times[0] == found.times[0] + 0.5
+
+
+@pytest.mark.parametrize("seconds", [np.nan, -np.inf, "a", None])
+def test_a_clock_is_shifted_by_a_finite_time(table, tmp_path, seconds):
+    with pytest.raises(InputError, match=re.escape(f"seconds = {seconds!r} must be a finite number")):
+        wc.read_recording(stored(table, tmp_path)).shifted(seconds)
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
+@pytest.mark.parametrize(
+    ("changes", "line"),
+    [
+        ({"time": pd.date_range("2026-01-02", periods=10, freq="D")}, "time, row 1: '2026-01-02"),
+        ({"time": pd.timedelta_range("1s", periods=10, freq="s")}, "time, row 1: '0 days 00:00:01"),
+        ({"q2": True}, "q2, row 1: 'True'"),
+        ({"ball_x": [None, *9 * [False]]}, "ball_x, row 2: 'False'"),
+    ],
+)
+def test_dates_and_truths_are_no_numbers(table, tmp_path, suffix, changes, line):
+    with pytest.raises(InputError, match=rf"column {line}.*finite number"):
+        wc.read_recording(stored(table.assign(**changes), tmp_path, suffix))
+
+
+def test_numbers_of_any_kind_are_read(table, tmp_path):
+    whole = table.assign(**{f"q{i}": np.arange(10) - 5 for i in range(1, 6)})
+    kinds = whole.assign(
+        q1=whole.q1.astype("float32"),
+        q2=whole.q2.map(Decimal),
+        q3=whole.q3.astype("Int8"),
+        q4=whole.q4.map(str),
+        q5=whole.q5.astype("category"),
+    )
+    found = wc.read_recording(stored(kinds, tmp_path, ".parquet"))
+    np.testing.assert_array_equal(found.q, whole[[f"q{i}" for i in range(1, 8)]])
 
 
 def in_degrees(table):

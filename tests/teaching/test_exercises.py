@@ -8,7 +8,7 @@ from numpy.polynomial import Polynomial
 from scipy.stats import norm
 
 from wam_cast.errors import InputError
-from wam_cast.teaching.exercises import EXERCISES, Standing, check
+from wam_cast.teaching.exercises import EXERCISES, Standing, check, solved
 
 
 def named(name, answer):
@@ -164,6 +164,19 @@ def test_what_is_not_written_is_not_yet():
         str(verdict) == "null_space_torque: not yet: something that it needs returns nothing so far; solve that first"
     )
     assert str(check(named("posterior", lambda *_: (None, None)))) == "posterior: not yet"
+
+
+def test_what_is_to_be_solved_first_is_named(capsys):
+    def restitution(drop_height, bounce_height):
+        return np.sqrt(bounce_height / drop_height)
+
+    def bouncing_time(height, e, gravity):
+        return ...
+
+    assert solved() and solved(restitution)
+    assert capsys.readouterr().out == ""
+    assert not solved(restitution, bouncing_time)
+    assert capsys.readouterr().out == "solve first: bouncing_time\n"
 
 
 def test_an_array_that_was_given_is_left_alone():

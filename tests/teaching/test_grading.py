@@ -36,17 +36,37 @@ def test_notebooks_are_found_in_order_and_copies_of_jupyter_are_not(folder):
     for name in ("ben/hand.ipynb", "anna/hand.ipynb", "anna/.ipynb_checkpoints/hand-checkpoint.ipynb", "carl.ipynb"):
         hand_in(folder / name, RIGHT)
     (folder / "notes.txt").write_text("mine")
+    (folder / "folder.ipynb").mkdir()
     found = [path.relative_to(folder).as_posix() for path in find_submissions(folder)]
     assert found == ["anna/hand.ipynb", "ben/hand.ipynb", "carl.ipynb"]
 
 
 def test_an_exercise_is_known_by_its_functions(folder):
-    hand_in(
-        folder / "a.ipynb", "%matplotlib inline\n!ls\nx = 1", WRONG, "def aim(cup):\n  pass", "def hand_law(): pass"
-    )
+    cells = ("%matplotlib inline\n!ls\nx = 1", WRONG, "def aim(cup):\n  pass", "%%time\nhand_law = lambda: 0")
+    hand_in(folder / "a.ipynb", *cells)
     submission = Submission.read(folder / "a.ipynb")
-    assert submission.exercise == "01_hand_kinematics"
-    assert submission.cells[0] == "\n\nx = 1"
+    assert submission == Submission(cells, "01_hand_kinematics")
+
+
+@pytest.mark.parametrize(
+    ("cell", "exercise"),
+    [
+        ("restitution?\ndef restitution(a, b): ...", "05_contact_and_restitution"),
+        ("files = !ls\nrestitution = max", "05_contact_and_restitution"),
+        ("async def restitution(a, b)  # and no Python", "05_contact_and_restitution"),
+        ("restitution == max\nprint(restitution)\n  # def restitution", None),
+    ],
+)
+def test_a_function_is_found_in_what_is_no_plain_python(folder, cell, exercise):
+    hand_in(folder / "a.ipynb", cell)
+    assert Submission.read(folder / "a.ipynb").exercise == exercise
+
+
+def test_without_ipython_nothing_is_graded(folder, monkeypatch):
+    hand_in(folder / "a.ipynb", RIGHT)
+    monkeypatch.setattr("wam_cast.teaching.grading.find_spec", lambda name: None)
+    with pytest.raises(InputError, match="IPython runs the notebooks"):
+        grade(folder)
 
 
 @pytest.mark.parametrize("options", [{"seed": -1}, {"limit": 0}, {"limit": float("nan")}, {"n_workers": 0}])
@@ -70,6 +90,17 @@ def test_a_class_is_graded_whatever_its_notebooks_do(folder, monkeypatch):
     hand_in(folder / "emil.ipynb", "x = 1")
     (folder / "fred.ipynb").write_text("{not a notebook")
     hand_in(folder / "gina.ipynb", RIGHT, "open('left.txt', 'w').write('litter')\nraise SystemExit")
+    hand_in(
+        folder / "hana.ipynb",
+        "from asyncio import sleep",
+        f"files = !ls\nhere = get_ipython()\njoint_torques?\nn = (7\n     % 4)\n{RIGHT} * (n / 3)\nawait sleep(0)",
+        "%%time\nhand_position = lambda q, lengths: 0",
+    )
+    hand_in(
+        folder / "ivan.ipynb", "def joint_torques(J, force):\n    return ...", f"import nothing_of_that_name\n{RIGHT}"
+    )
+    forged = "import json, os\njson.dump([['joint_torques', 'right', '']], open('answers.json', 'w'))\nos._exit(0)"
+    hand_in(folder / "jana.ipynb", f"def joint_torques(): ...\n{forged}")
     before = sorted(path.name for path in folder.iterdir())
     table = grade(folder, limit=20.0, n_workers=2).set_index(["submission", "task"])
     assert sorted(path.name for path in folder.iterdir()) == before
@@ -82,9 +113,13 @@ def test_a_class_is_graded_whatever_its_notebooks_do(folder, monkeypatch):
         "emil": ("wrong", "it has no function of any exercise"),
         "fred": ("wrong", "it cannot be read as a notebook"),
         "gina": ("right", ""),
+        "hana": ("right", ""),
+        "ivan": ("wrong", "raises ModuleNotFoundError: No module named 'nothing_of_that_name' (line 1 of its cell)"),
+        "jana": ("wrong", "the notebook ended Python"),
     }
     assert {name: (row["standing"], row["words"]) for name, row in told.iterrows()} == expected
     assert table.loc[("anna", "hand_position"), "standing"] == "not yet"
+    assert table.loc[("hana", "hand_position"), "words"].startswith("the result must be of shape")
     assert len(table.loc["anna"]) == 5
 
 

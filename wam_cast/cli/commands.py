@@ -276,7 +276,7 @@ def show(
     host: Annotated[
         str, typer.Option(metavar="HOST", help="Who is served: localhost, this machine alone; *, whoever reaches it.")
     ] = "localhost",
-    port: Annotated[int, typer.Option(min=0, max=65535, metavar="N", help="Of the page; 0: a free one.")] = 0,
+    port: Annotated[int, typer.Option(metavar="N", help="Of the page, from 1024 to 65535; 0: a free one.")] = 0,
     as_json: options.AsJson = False,
 ) -> None:
     """Explore casts in the browser, with sliders for the cast and the cup, until interrupted.

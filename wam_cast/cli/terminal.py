@@ -103,19 +103,21 @@ class GrowingTable:
     def __init__(self, widths: Mapping[str, int]) -> None:
         self._widths = dict(widths)
         self._is_table = sum(self._widths.values()) + len(GAP) * (len(self._widths) - 1) <= out.width
-        headings = [f"{heading}\n".split("\n")[:2] for heading in self._widths]
-        if self._is_table:
-            for line in zip(*headings, strict=True):
-                self._print_line(line)
+        self._is_begun = False
 
     def add(self, *values: str) -> None:
-        """Print a row."""
-        if self._is_table:
-            self._print_line(values)
-        else:
+        """Print a row, the first one below the headings: where none comes, nothing is printed."""
+        if not self._is_table:
             for heading, value in zip(self._widths, values, strict=True):
                 out.print(f"{' '.join(heading.split())}: {value}")
             out.print()
+            return
+        if not self._is_begun:
+            headings = [f"{heading}\n".split("\n")[:2] for heading in self._widths]
+            for line in zip(*headings, strict=True):
+                self._print_line(line)
+            self._is_begun = True
+        self._print_line(values)
 
     def _print_line(self, values: Sequence[str]) -> None:
         cells = [value.ljust(width) for value, width in zip(values, self._widths.values(), strict=True)]

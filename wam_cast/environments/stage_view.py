@@ -15,6 +15,8 @@ from wam_cast.scenario import Scenario
 from wam_cast.types import Array, Position
 
 if TYPE_CHECKING:
+    from pydrake.geometry import Meshcat
+
     from wam_cast.visualization.camera import Camera
     from wam_cast.visualization.scene import CastScene
 
@@ -54,6 +56,7 @@ class StageView:
         self._scenario, self._mode = scenario, mode
         self._cup: Position | None = None
         self._scene: CastScene | None = None
+        self._meshcat: Meshcat | None = None
         self._camera: Camera | None = None
         self._due = 0.0
 
@@ -83,12 +86,12 @@ class StageView:
             from wam_cast.visualization.scene import CastScene
 
             if self._mode == "human":
-                from wam_cast.visualization.viewer import check_main_thread, keep, open_meshcat
+                from wam_cast.visualization.viewer import check_main_thread, take_page
 
                 check_main_thread('render_mode="human"')
-                meshcat = keep(open_meshcat())
-                _logger.warning("the environment is shown at %s", meshcat.web_url())
-                self._scene = CastScene(self._scenario, None, meshcat=meshcat, frame_rate=FRAME_RATE)
+                self._meshcat = take_page()
+                _logger.warning("the environment is shown at %s", self._meshcat.web_url())
+                self._scene = CastScene(self._scenario, None, meshcat=self._meshcat, frame_rate=FRAME_RATE)
             else:
                 self._scene = CastScene(self._scenario, None, light_bearing=0.0)
         return self._scene
@@ -120,5 +123,9 @@ class StageView:
         return self._made_scene.render(self._camera)
 
     def close(self) -> None:
-        """Let go of the scene."""
-        self._scene = self._camera = None
+        """Let go of the scene, and leave its page to the next view."""
+        if self._meshcat is not None:
+            from wam_cast.visualization.viewer import give_back
+
+            give_back(self._meshcat)
+        self._scene = self._meshcat = self._camera = None

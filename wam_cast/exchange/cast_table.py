@@ -20,9 +20,10 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+from pandas.api.types import is_bool_dtype, is_numeric_dtype
 from pyarrow import csv
 
-from wam_cast.errors import InputError, quoted
+from wam_cast.errors import InputError, is_finite, quoted
 from wam_cast.robot.plant import N_ARM
 from wam_cast.simulation.recording import CastRecording
 from wam_cast.storage.atomic import write_file
@@ -90,7 +91,12 @@ class MeasuredCast:
     p_WL: Array
 
     def shifted(self, seconds: float) -> MeasuredCast:
-        """Return the same cast with `seconds` added to its times, for a clock that did not start with the cast."""
+        """Return the same cast with `seconds` added to its times, for a clock that did not start with the cast.
+
+        Raises `.InputError` if that is no finite number.
+        """
+        if not is_finite(seconds):
+            raise InputError(f"seconds = {quoted(seconds)} must be a finite number, of seconds to add to the times")
         return replace(self, times=self.times + seconds)
 
 
@@ -184,11 +190,16 @@ def _numbers(frame: pd.DataFrame, columns: tuple[str, ...], *, may_miss: bool) -
     for i, name in enumerate(columns):
         if name not in frame.columns:
             raise InputError(f"column {name} is missing")
-        column = pd.to_numeric(frame[name], errors="coerce").to_numpy(dtype=float, na_value=np.nan)
-        is_wrong = np.isinf(column) | (np.isnan(column) & ~(frame[name].isna().to_numpy() & may_miss))
+        given = frame[name]
+        if not is_numeric_dtype(given) or is_bool_dtype(given):
+            given = given.astype(object).map(
+                str, na_action="ignore"
+            )  # truths and dates would become numbers, their words do not
+        column = pd.to_numeric(given, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
+        is_wrong = np.isinf(column) | (np.isnan(column) & ~(given.isna().to_numpy() & may_miss))
         if is_wrong.any():
             row = int(np.argmax(is_wrong))
-            value = frame[name].iloc[row]
+            value = given.iloc[row]
             found = "is empty" if pd.isna(value) else f"{quoted(str(value))} is no finite number"
             raise InputError(f"column {name}, row {row + 1}: {found}")
         numbers[:, i] = column

@@ -109,7 +109,7 @@ code, pre { font-family: ui-monospace, monospace; font-size: 0.92em; background:
 pre { padding: 0.7rem; overflow-x: auto; }
 nav { font-size: 0.92em; }
 nav ul { list-style: none; margin: 0.4rem 0; padding: 0; columns: 16rem; }
-nav .h3 { padding-left: 1.2rem; }
+nav .h3 { padding-left: 1.2rem; break-before: avoid; }
 nav summary { font-weight: bold; cursor: pointer; }
 nav a { color: inherit; text-decoration-color: #b5bbc2; }
 @media (min-width: 1300px) {

@@ -63,7 +63,7 @@ class Answer:
         except Exception as error:
             if isinstance(error, TypeError) and any(word in str(error) for word in ("ellipsis", "NoneType")):
                 raise NotYetError("something that it needs returns nothing so far; solve that first") from None
-            raise WrongError(_described(error)) from None
+            raise WrongError(described(error)) from None
         if found is None or found is ...:
             raise NotYetError
         for before, after in zip(arguments, given, strict=True):
@@ -113,9 +113,12 @@ def _as_array(value: Any, shape: Shape, name: str) -> Array:
     return array
 
 
-def _described(error: Exception) -> str:
+def described(error: BaseException) -> str:
     """Return in one line what was raised, and where in the learner's code."""
-    said = " ".join(str(error).split())[:LONGEST]
-    frames = traceback.extract_tb(error.__traceback__)
-    own = frames[1] if len(frames) > 1 else frames[0]
-    return f"raises {type(error).__name__}{f': {said}' if said else ''} (line {own.lineno} of its cell)"
+    if isinstance(error, SyntaxError):
+        kind, said, line = "SyntaxError", error.msg, error.lineno
+    else:
+        frames = traceback.extract_tb(error.__traceback__)
+        kind, said, line = type(error).__name__, str(error), (frames[1] if len(frames) > 1 else frames[0]).lineno
+    said = " ".join(said.split())[:LONGEST]
+    return f"raises {kind}{f': {said}' if said else ''} (line {line} of its cell)"

@@ -1,4 +1,4 @@
-"""The exercises and their tasks, and `check`, which says of an answer whether it is right."""
+"""The exercises and their tasks, and `check`, which says of an answer whether it is right, and `solved`, of several."""
 
 from __future__ import annotations
 
@@ -70,6 +70,20 @@ def check(answer: Callable[..., Any], *, seed: int = 0) -> Verdict:
     if task not in judges:
         raise InputError(f"{quoted(task)} is no task's function; the tasks are: {', '.join(judges)}")
     return judged(task, judges[task], answer, checked_integer("seed", seed, 0))
+
+
+def solved(*answers: Callable[..., Any]) -> bool:
+    """Return whether functions solve the tasks of their names, and print those to solve first: a notebook goes on without.
+
+    Raises
+    ------
+    InputError
+        As `check` does.
+    """
+    flawed = [verdict.task for verdict in map(check, answers) if not verdict.is_right]
+    if flawed:
+        print(f"solve first: {', '.join(flawed)}")
+    return not flawed
 
 
 def judged(task: str, judge: Judge, answer: Callable[..., Any], seed: int) -> Verdict:

@@ -6,6 +6,7 @@ import subprocess
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
@@ -42,7 +43,8 @@ def find_submissions(folder: str | Path) -> list[Path]:
     folder = Path(folder)
     if not folder.is_dir():
         raise InputError(f"{folder} is no folder: give the one that holds the submitted notebooks")
-    found = [path for path in sorted(folder.rglob("*.ipynb")) if not _is_hidden(path.relative_to(folder))]
+    every = sorted(path for path in folder.rglob("*.ipynb") if path.is_file())
+    found = [path for path in every if not _is_hidden(path.relative_to(folder))]
     if not found:
         raise InputError(
             f"{folder} holds no notebook (*.ipynb), nor do the folders in it: collect the submissions there"
@@ -69,7 +71,7 @@ def grade(folder: str | Path, *, seed: int = 0, limit: float = LIMIT, n_workers:
     Raises
     ------
     InputError
-        If there is nothing to grade, or a number is out of range.
+        If there is nothing to grade, a number is out of range, or IPython is not installed.
     """
     marks = grading(find_submissions(folder), Path(folder), seed=seed, limit=limit, n_workers=n_workers)
     return pd.DataFrame([mark for some in marks for mark in some], columns=Mark._fields)
@@ -79,6 +81,8 @@ def grading(
     notebooks: list[Path], folder: Path, *, seed: int = 0, limit: float = LIMIT, n_workers: int | None = None
 ) -> Iterator[list[Mark]]:
     """Give the marks of each notebook in `folder`, in order, as they come; what still runs when it is closed is ended."""
+    if find_spec("IPython") is None:
+        raise InputError('IPython runs the notebooks, and is not installed; pip install "wam_cast[notebooks]"')
     seed = checked_integer("seed", seed, 0)
     if not is_finite(limit) or limit <= 0:
         raise InputError(f"limit = {quoted(limit)} must be a time above 0 s")

@@ -1,13 +1,14 @@
 """Submission: a learner's notebook, run in a process of its own, and what is to be said of its answers.
 
-It is somebody else's program, and may write files, never end, or end the process that it runs in.
+It is somebody else's program, and may write files, never end, or end the process that it runs in. IPython runs its cells, as it
+does in Jupyter: whatever is right there is right here.
 """
 
 from __future__ import annotations
 
-import ast
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -15,12 +16,13 @@ import tempfile
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
+from wam_cast.teaching.answer import described
 from wam_cast.teaching.exercises import EXERCISES, Standing, Verdict, judged
 
-ANSWERS = "answers.json"
-"""What the process leaves in its folder."""
+BINDING = re.compile(r"^(?:async +)?def +(\w+)|^(\w+) *=(?!=)", re.MULTILINE)
+"""A name that a cell gives to a function, also where the cell as a whole is no Python."""
 
 
 @dataclass(frozen=True)
@@ -36,25 +38,25 @@ class Submission:
         try:
             content = json.loads(path.read_text(encoding="utf-8"))
             code = [cell["source"] for cell in content["cells"] if cell["cell_type"] == "code"]
-            cells = tuple(_plain("".join(source)) for source in code)
+            cells = tuple("".join(source).encode(errors="replace").decode() for source in code)
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise ValueError("it cannot be read as a notebook") from error
-        defined = {name for cell in cells for name in _functions_of(cell)}
+        defined = {name for cell in cells for name in _names_in(cell)}
         found = {name: len(defined & tasks.keys()) for name, tasks in EXERCISES.items()}
         best = max(found, key=lambda name: found[name])
         return cls(cells, best if found[best] else None)
 
-    def process(self, seed: int, folder: Path) -> subprocess.Popen[bytes]:
-        """Start the process that runs it and writes what is said of its answers to a file in an empty `folder`."""
+    def process(self, seed: int, folder: Path, answers: IO[bytes]) -> subprocess.Popen[bytes]:
+        """Start the process that runs it in an empty `folder`, and writes what is said of its answers to an open file."""
         (folder / "cells.json").write_text(json.dumps([self.exercise, self.cells, seed]))
         environment = os.environ | {"MPLBACKEND": "agg", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-        command = [sys.executable, "-m", "wam_cast.teaching.submission", "cells.json", ANSWERS]
+        environment |= {"IPYTHONDIR": str(folder / ".ipython")}  # nobody's startup files
         return subprocess.Popen(
-            command,
+            [sys.executable, "-m", "wam_cast.teaching.submission", "cells.json"],
             cwd=folder,
             env=environment | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
             stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
+            stdout=answers,
             stderr=subprocess.DEVNULL,
             start_new_session=True,  # so that what it starts ends with it
         )
@@ -62,8 +64,11 @@ class Submission:
     def verdicts(self, seed: int, limit: float, running: set[subprocess.Popen[bytes]]) -> list[Verdict]:
         """Run it for at most `limit` seconds, and return what is to be said of each task; its process is in `running` meanwhile."""
         assert self.exercise is not None
-        with tempfile.TemporaryDirectory(prefix="wam_cast-", ignore_cleanup_errors=True) as folder:
-            process = self.process(seed, Path(folder))
+        with (
+            tempfile.TemporaryDirectory(prefix="wam_cast-", ignore_cleanup_errors=True) as folder,
+            tempfile.TemporaryFile() as answers,
+        ):
+            process = self.process(seed, Path(folder), answers)
             running.add(process)
             words = "the notebook ended Python"
             try:
@@ -73,10 +78,10 @@ class Submission:
             finally:
                 end(process)
                 running.discard(process)
+            answers.seek(0)
             try:
-                said = json.loads((Path(folder) / ANSWERS).read_text(encoding="utf-8"))
-                return [Verdict(task, Standing(standing), text) for task, standing, text in said]
-            except (OSError, ValueError):
+                return [Verdict(task, Standing(standing), text) for task, standing, text in json.load(answers)]
+            except ValueError:
                 return [Verdict(task, Standing.WRONG, words) for task in EXERCISES[self.exercise]]
 
 
@@ -87,38 +92,38 @@ def end(process: subprocess.Popen[bytes]) -> None:
     process.wait()
 
 
-def _plain(source: str) -> str:
-    """Return a cell without the lines that only a notebook understands."""
-    lines = source.split("\n")
-    return "\n".join("" if line.lstrip().startswith(("%", "!")) else line for line in lines)
+def _names_in(cell: str) -> set[str]:
+    return {of_function or of_value for of_function, of_value in BINDING.findall(cell)}
 
 
-def _functions_of(cell: str) -> list[str]:
-    try:
-        tree = ast.parse(cell)
-    except (SyntaxError, ValueError):
-        return []
-    return [node.name for node in tree.body if isinstance(node, ast.FunctionDef)]
+def _run(cells: list[str]) -> tuple[dict[str, Any], dict[str, str]]:
+    """Run cells in one namespace, the next one after a failure too; return it, and why cells failed, by the names they bind."""
+    from IPython.core.interactiveshell import InteractiveShell
+    from traitlets.config import Config
+
+    shell: Any = InteractiveShell.instance(config=Config(HistoryManager={"enabled": False}))
+    failures: dict[str, str] = {}
+    for cell in cells:
+        result = shell.run_cell(cell)
+        if error := result.error_before_exec or result.error_in_exec:
+            failures |= dict.fromkeys(_names_in(cell), described(error))
+    return shell.user_ns, failures
 
 
-def _run(cells: list[str]) -> dict[str, Any]:
-    """Run cells in one namespace and return it; a cell that fails ends, and the next one is run."""
-    namespace: dict[str, Any] = {"__name__": "__main__"}
-    for number, cell in enumerate(cells, 1):
-        with suppress(Exception, SystemExit):
-            exec(compile(cell, f"cell {number}", "exec"), namespace)
-    return namespace
-
-
-def _main(read: str, write: str) -> None:
+def _main(read: str) -> None:
     exercise, cells, seed = json.loads(Path(read).read_text(encoding="utf-8"))
-    judges, target = EXERCISES[exercise], Path(write).resolve()
-    namespace, said = _run(cells), []
-    for task, judge in judges.items():
-        answer = namespace.get(task)
-        verdict = judged(task, judge, answer, seed) if callable(answer) else Verdict(task, Standing.NOT_YET)
-        said.append((task, verdict.standing, verdict.words))
-    target.write_text(json.dumps(said), encoding="utf-8")
+    judges, said = EXERCISES[exercise], []
+    with os.fdopen(os.dup(1), "w", encoding="utf-8") as answers:
+        with Path(os.devnull).open("wb") as nowhere:
+            os.dup2(nowhere.fileno(), 1)  # what cells print is no answer
+        namespace, failures = _run(cells)
+        for task, judge in judges.items():
+            answer = namespace.get(task)
+            verdict = judged(task, judge, answer, seed) if callable(answer) else Verdict(task, Standing.NOT_YET)
+            if verdict.standing is Standing.NOT_YET and task in failures:
+                verdict = Verdict(task, Standing.WRONG, failures[task])
+            said.append((task, verdict.standing, verdict.words))
+        json.dump(said, answers)
 
 
 if __name__ == "__main__":

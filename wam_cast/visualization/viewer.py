@@ -46,21 +46,19 @@ def open_meshcat(host: str = "localhost", port: int = 0) -> Meshcat:
     It listens at a `host`, which is this machine alone unless told otherwise (`ALL_INTERFACES`, a name or an address of this
     machine), on a `port`, or for 0 on a free one. Raises `.InputError` if that cannot be.
     """
-    if not host:
-        raise InputError(
-            f"host = {quoted(host)} must be an address of this machine: localhost, or {ALL_INTERFACES!r} for all of them"
-        )
+    _check_host(host)
     if port and not LOWEST_PORT <= port <= HIGHEST_PORT:
         raise InputError(f"port = {quoted(port)} must be from {LOWEST_PORT} to {HIGHEST_PORT}, or 0 for a free one")
     logger = logging.getLogger("drake")
     level = logger.level
     logger.setLevel(logging.WARNING)
+    url = f"http://{_shown(host)}:{{port}}"
     try:
-        meshcat = Meshcat(MeshcatParams(host=host, port=port, show_stats_plot=False))
+        meshcat = Meshcat(MeshcatParams(host=host, port=port, web_url_pattern=url, show_stats_plot=False))
     except RuntimeError:
         raise InputError(
-            f"no page can be served at {shortened(host)}, port {port or 'free'}: another program has the port, or this machine has "
-            "no such address; choose another port, or 0 for a free one, or the host localhost"
+            f"no page can be served at {shortened(host)}, port {port or 'free'}: another program has the port; choose another, or "
+            "0 for a free one"
         ) from None
     finally:
         logger.setLevel(level)
@@ -69,6 +67,35 @@ def open_meshcat(host: str = "localhost", port: int = 0) -> Meshcat:
     for color in ("top_color", "bottom_color"):
         meshcat.SetProperty("/Background/<object>", color, list(PAPER))
     return meshcat
+
+
+def _check_host(host: str) -> None:
+    """Raise `.InputError` if no page can be served at a host, whatever the port."""
+    remedy = f"give localhost, an address of this machine, or {ALL_INTERFACES!r} for all of them"
+    if host == ALL_INTERFACES:
+        return
+    if not host:
+        raise InputError(f"host = {quoted(host)} is empty; {remedy}")
+    try:
+        family, *_, address = socket.getaddrinfo(host, 0, type=socket.SOCK_STREAM)[0]
+    except (OSError, UnicodeError):
+        raise InputError(f"host = {quoted(host)} is a name that this machine knows no address of; {remedy}") from None
+    try:
+        with socket.socket(family, socket.SOCK_STREAM) as probe:
+            probe.bind(address)
+    except OSError:
+        raise InputError(f"host = {quoted(host)} is no address of this machine; {remedy}") from None
+
+
+def _shown(host: str) -> str:
+    """Return how a browser on this machine names a host."""
+    try:
+        address = ipaddress.ip_address("::" if host == ALL_INTERFACES else host)
+    except ValueError:
+        return host
+    if address.is_unspecified:
+        return "localhost"
+    return host if address.version == 4 else f"[{host}]"
 
 
 def is_loopback(host: str) -> bool:
@@ -92,6 +119,22 @@ def keep(meshcat: Meshcat) -> Meshcat:
     """
     _kept.append(meshcat)
     return meshcat
+
+
+_free: list[Meshcat] = []
+"""What `give_back` was given."""
+
+
+def take_page() -> Meshcat:
+    """Return an empty Meshcat: one that was given back, or a new one. A browser that had its page open shows what comes next."""
+    meshcat = _free.pop() if _free else keep(open_meshcat())
+    meshcat.Delete()
+    return meshcat
+
+
+def give_back(meshcat: Meshcat) -> None:
+    """Let the next one who asks for a page take this one, which listens on: see `keep`."""
+    _free.append(meshcat)
 
 
 def check_main_thread(what: str) -> None:

@@ -123,6 +123,16 @@ def test_page_has_a_table_of_contents_that_leads_to_each_heading(tmp_path):
     assert "<nav>" not in render_html("# Title\n\nText.\n", tmp_path)
 
 
+@pytest.mark.slow
+def test_in_the_contents_what_is_below_a_heading_stands_in_its_column(browser, tmp_path):
+    text = "# Title\n\n" + "".join(f"{'##' if n % 3 else '###'} Heading {n}\n\n" for n in range(1, 12))
+    page = browser.new_page(viewport={"width": 1100, "height": 800})
+    page.set_content(render_html(text, tmp_path))
+    lefts = page.evaluate("[...document.querySelectorAll('nav li')].map(li => li.getBoundingClientRect().left)")
+    assert len(set(lefts)) == 3
+    assert all(lefts[n - 1] == lefts[n - 2] for n in (3, 6, 9))
+
+
 # --- conclusions
 
 

@@ -126,7 +126,7 @@ def learn(
         given = {"directory": str(directory), "method": method, "observe": observe, "seed": seed}
         print_json({**given, **summary, "casts": [_record(row) for row in rows]})
     else:
-        _print_summary(campaign, rows)
+        _print_summary(campaign, rows, f"; see that the cameras of {robot} look there" if observe == "camera" else "")
     if not campaign.n_caught:
         raise typer.Exit(1)
 
@@ -143,8 +143,8 @@ def _cells(row: Row) -> list[str]:
     ]
 
 
-def _print_summary(campaign: Campaign, rows: list[Row]) -> None:
-    """Print what a table has no room for, and how many casts were caught."""
+def _print_summary(campaign: Campaign, rows: list[Row], advice: str) -> None:
+    """Print what a table has no room for, with `advice` if no landing was seen, and how many casts were caught."""
     out.print("in brackets: predictive standard deviation along the casting plane")
     for row in rows:
         if row["limits_hit"]:
@@ -153,6 +153,8 @@ def _print_summary(campaign: Campaign, rows: list[Row]) -> None:
         if not row["is_feasible"]:
             cup = format_position((row["cup_x"], row["cup_y"]))
             out.print(f"cup {cup}: the last cast was not predicted to end in it for sure ({row['reason']})")
+    if not any(math.isfinite(row["miss"]) for row in rows):
+        out.print(f"no landing was seen in any cast, so that nothing was learned{advice}")
     first = "" if campaign.first_caught is None else f", the first of them cast {campaign.first_caught}"
     out.print(f"{campaign.n_caught} of {len(rows)} caught{first}")
 

@@ -104,9 +104,7 @@ class Explorer:
     @property
     def url(self) -> str:
         """Of the page, for a browser on this machine; it is there for as long as the explorer is."""
-        scheme, _, place = str(self.meshcat.web_url()).partition("://")
-        host, _, port = place.rpartition(":")
-        return f"{scheme}://{f'[{host}]' if ':' in host else host}:{port}"
+        return str(self.meshcat.web_url())
 
     @property
     def meshcat(self) -> Meshcat:

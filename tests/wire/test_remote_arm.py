@@ -67,36 +67,46 @@ def test_an_arm_that_waits_elsewhere_is_not_begun_with(wire):
     assert wire.arm.safety.refused == {}
 
 
-@pytest.mark.parametrize("is_answered", [False, True])
-def test_interrupted_it_has_the_arm_stay_with_a_command_that_the_arm_takes(lock_step, monkeypatch, is_answered):
-    statuses, commands = [], []
-    command, network = lock_step.controller._law.command, lock_step.network
+@pytest.mark.parametrize("moment", ["before it is answered", "when it is to be sent", "when it is sent", "later"])
+def test_interrupted_it_has_the_arm_stay_with_a_command_that_the_arm_takes(lock_step, monkeypatch, moment):
+    statuses, commands, moments, network = [], [], [moment], lock_step.network
+    law, bus = lock_step.controller._law, lock_step.controller._bus
+    command, publish = law.command, bus.publish
 
-    def interrupt(wanted):
-        if wanted and len(statuses) > 30:
+    def at(now):
+        if moments and now == moments[0] and len(statuses) == len(commands) + (now != "later") == 30:
+            moments.clear()
             raise KeyboardInterrupt
 
-    def watched(status):
+    def watched_command(status):
         statuses.append(status)
-        interrupt(not is_answered)
+        at("before it is answered")
         return command(status)
+
+    def watched_publish(channel, data):
+        at("when it is to be sent")
+        publish(channel, data)
+        at("when it is sent")
 
     def hear(data):
         commands.append(data)
-        interrupt(is_answered and len(commands) == len(statuses))
+        at("later")
 
-    monkeypatch.setattr(lock_step.controller._law, "command", watched)
+    monkeypatch.setattr(law, "command", watched_command)
+    monkeypatch.setattr(bus, "publish", watched_publish)
     network.join().subscribe(COMMAND_CHANNEL, hear)
     with pytest.raises(KeyboardInterrupt):
         lock_step.controller.cast(SHORT_CAST)
+    monkeypatch.undo()
     network.sleep_until(network.now())
+    last, safety = statuses[-1], lock_step.arm.safety
+    assert len(statuses) == 30
+    assert last.robot_utime > 0
     # In lock step the arm's clock is at the sample that waits for its answer.
-    safety, utime = lock_step.arm.safety, statuses[-1].utime + (2000 if is_answered else 0)
-    q, v = np.array(statuses[-1].joint_position), np.array(statuses[-1].joint_velocity)
-    assert statuses[-1].robot_utime > 0
-    assert safety.mode is SafetyMode.OBEYING
-    refusals = [safety.receive(data, utime, q) for data in commands[-2:]]
-    assert refusals[-1] is None
+    utime = last.utime + (2000 if moment in ("when it is sent", "later") else 0)
+    q, v = np.array(last.joint_position), np.array(last.joint_velocity)
+    for data in commands[-3:]:
+        safety.receive(data, utime, q)
     assert safety.decide(utime, q, v) is SafetyMode.STOPPED
     assert safety.stop_reason == "the controller told it to stay"
     lock_step.arm.work()  # until it is free again

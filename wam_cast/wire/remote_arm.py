@@ -119,7 +119,7 @@ class RemoteArm:
         self._reply: StageReply | None = None
         self._is_accepted = False
         self._status: ArmStatus | None = None
-        self._is_answered = False
+        self._unanswered: tuple[int, ...] = ()
         self._asked_at = self._heard_at = 0.0
         self._flaw = self._objection = ""
         self.service: dict[str, Any] = {}
@@ -187,7 +187,7 @@ class RemoteArm:
     def _forget_all_before(self, request: StageRequest, now: float) -> None:
         """Begin anew with a question, to be asked at once."""
         self._question, self._reply, self._is_accepted = request, None, False
-        self._status, self._is_answered = None, False
+        self._status, self._unanswered = None, ()
         self._flaw = self._objection = ""
         self._asked_at, self._heard_at = now - ASK_AGAIN, now
 
@@ -242,9 +242,11 @@ class RemoteArm:
             self._objection = self._objection_to(status.q)
         if self._objection:
             return
-        self._status, self._is_answered = status, False
-        self._bus.publish(COMMAND_CHANNEL, self._law.command(lcmt_panda_status.decode(data)).encode())
-        self._is_answered = True
+        self._status, self._unanswered = status, (status.utime,)
+        command = self._law.command(lcmt_panda_status.decode(data)).encode()
+        self._unanswered = status.utime, status.utime + 1  # interrupted while it is sent, nobody knows which
+        self._bus.publish(COMMAND_CHANNEL, command)
+        self._unanswered = (status.utime + 1,)
 
     def _objection_to(self, q: Array) -> str:
         """Return why no cast can begin with an arm at `q` [rad], (7,), or nothing."""
@@ -259,9 +261,9 @@ class RemoteArm:
         )
 
     def _have_it_stay(self) -> None:
-        """Tell the arm to stay where it is, in answer to its last status, or if that is answered to the next one."""
+        """Tell the arm to stay where it is, in answer to its last status, or if that is answered to the one after it."""
         self._question = None
-        if self._status is not None:
-            utime = self._status.utime + self._is_answered
+        for utime in self._unanswered:
+            assert self._status is not None
             stay = Command(utime, ControlMode.POSITION, position=self._status.q)
             self._bus.publish(COMMAND_CHANNEL, command_message(stay).encode())

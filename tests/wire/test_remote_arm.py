@@ -12,7 +12,7 @@ from wam_cast.scenario import Scenario
 from wam_cast.simulation.outcome import Status
 from wam_cast.wire.memory_network import MemoryNetwork
 from wam_cast.wire.messages import COMMAND_CHANNEL
-from wam_cast.wire.remote_arm import ANSWER_PATIENCE, AT_START, BUSY_PATIENCE, RemoteArm
+from wam_cast.wire.remote_arm import ANSWER_PATIENCE, APART, AT_START, BUSY_PATIENCE, RemoteArm
 from wam_cast.wire.safety import SafetyMode
 from wam_cast.wire.stage import MOST_BYTES, REPLY_CHANNEL, REQUEST_CHANNEL, StageRequest
 
@@ -69,7 +69,7 @@ def test_an_arm_that_waits_elsewhere_is_not_begun_with(wire):
 
 @pytest.mark.parametrize("moment", ["before it is answered", "when it is to be sent", "when it is sent", "later"])
 def test_interrupted_it_has_the_arm_stay_with_a_command_that_the_arm_takes(lock_step, monkeypatch, moment):
-    statuses, commands, moments, network = [], [], [moment], lock_step.network
+    statuses, commands, times, moments, network = [], [], [], [moment], lock_step.network
     law, bus = lock_step.controller._law, lock_step.controller._bus
     command, publish = law.command, bus.publish
 
@@ -90,6 +90,7 @@ def test_interrupted_it_has_the_arm_stay_with_a_command_that_the_arm_takes(lock_
 
     def hear(data):
         commands.append(data)
+        times.append(network.now())
         at("later")
 
     monkeypatch.setattr(law, "command", watched_command)
@@ -99,6 +100,8 @@ def test_interrupted_it_has_the_arm_stay_with_a_command_that_the_arm_takes(lock_
         lock_step.controller.cast(SHORT_CAST)
     monkeypatch.undo()
     network.sleep_until(network.now())
+    n_stays = 2 if "sent" in moment else 1
+    assert np.all(np.diff(times)[-n_stays:] > 0.9 * APART)
     last, safety = statuses[-1], lock_step.arm.safety
     assert len(statuses) == 30
     assert last.robot_utime > 0

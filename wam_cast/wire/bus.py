@@ -74,7 +74,8 @@ def check_url(url: str) -> str:
 class LcmBus:
     """LCM's multicast on an address such as `DEFAULT_URL`.
 
-    Handlers run where `handle` is called, in the order in which the messages came.
+    Handlers run where `handle` is called, in the order in which the messages came. Of each channel Drake keeps one message: what
+    comes before `handle` has taken that is lost, and Drake's Python has nothing to set it with.
 
     Raises
     ------

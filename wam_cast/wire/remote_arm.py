@@ -46,6 +46,9 @@ ANSWER_PATIENCE = 5.0
 BUSY_PATIENCE = 10.0
 """For which an arm may be busy with another's cast [s], such as one whose controller is gone."""
 
+APART = 0.02
+"""How long the arm gets to take in one command before it is told to stay [s]: on LCM's bus the next would be lost until then."""
+
 AT_START = 0.01
 """How far a joint may be from where the scenario starts a cast [rad]: less than a centimetre at the hand. It is what the arm's side
 allows between a target and where the arm is, and a quarter of what has a motor saturate."""
@@ -265,5 +268,6 @@ class RemoteArm:
         self._question = None
         for utime in self._unanswered:
             assert self._status is not None
+            self._clock.sleep_until(self._clock.now() + APART)
             stay = Command(utime, ControlMode.POSITION, position=self._status.q)
             self._bus.publish(COMMAND_CHANNEL, command_message(stay).encode())

@@ -231,6 +231,14 @@ def test_a_given_cast_that_is_none_is_refused(cli, words, message):
     assert result.err.count("\n") == 1
 
 
+def test_a_speed_of_nothing_that_runs_is_refused(cli):
+    result = cli("throw", "--cup", "0.75", "--cast", "0.3,0.6,0.1", "--picture", "a.png", "--speed", "0.5")
+    assert (result.code, result.out) == (2, "")
+    assert result.err == (
+        "error: --speed is how fast --replay and --animation run: give one of them, or leave --speed out\n"
+    )
+
+
 @pytest.mark.slow
 def test_negative_coordinates_need_no_quoting(cli):
     records = json.loads(cli("throw", "--cup", "-0.2,0.5", "--cup", "0.5,-0.3", "--json").out)

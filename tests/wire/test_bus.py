@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from wam_cast.cli.work import serving
 from wam_cast.errors import InputError
 from wam_cast.wire.bus import DEFAULT_URL, LcmBus, check_url
 from wam_cast.wire.lossy_link import LossyLink
@@ -23,17 +22,23 @@ from wam_cast.wire.memory_network import MemoryNetwork
             "udpm://239.255.76.67",
         ),
         *("udpm://239.255.76.67:0", "udpm://239.255.76.67:99999", "udpm://239.255.76.999:7667", f"{DEFAULT_URL}&x=1"),
+        *(
+            "udpm://239.255.76.67:7667?ttl=999",
+            "udpm://239.255.76.67:7667?ttl=256",
+            "udpm://239.255.76.67:\u0667\u0666\u0666\u0667",
+        ),
     ],
 )
 def test_what_is_no_address_is_refused(url):
-    # Of these LCM takes all but two, and nobody ever hears of each other.
+    # Of these LCM takes nearly all, and nobody ever hears of each other.
     with pytest.raises(InputError, match="must be udpm://GROUP:PORT"):
         LcmBus(url)
 
 
 def test_addresses():
-    assert check_url(DEFAULT_URL) == DEFAULT_URL == serving.DEFAULT_URL
+    assert check_url(DEFAULT_URL) == DEFAULT_URL
     assert check_url("udpm://224.0.0.1:1")
+    assert check_url("udpm://224.0.0.1:1?ttl=255")
 
 
 def delays(link, n=4000):

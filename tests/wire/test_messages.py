@@ -86,12 +86,70 @@ def test_what_is_no_command_says_why(data, words):
 
 @given(st.binary(max_size=400))
 def test_whatever_bytes_come_they_are_a_message_or_none(data):
-    for decode in (decode_command, decode_status):
+    for decode in (decode_command, decode_status, StageRequest.decode, StageReply.decode):
         with pytest.raises(MessageError):
             decode(data)
+
+
+ANYTHING = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=9),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=9), inner, max_size=3),
+    max_leaves=6,
+)
+NUMBERS = st.integers() | st.floats()
+CASTS = st.fixed_dictionaries(dict.fromkeys(("distance", "speed", "wait"), NUMBERS | st.text(max_size=2)))
+GOOD = {
+    "number": st.text(max_size=9),
+    "robot": st.text(max_size=9),
+    "cast": st.none() | CASTS,
+    "cup": st.none() | st.lists(NUMBERS, max_size=3),
+    "noise_seed": st.integers(),
+    "state": st.sampled_from(["ready", "busy", "casting", "done", "refused"]),
+    "period": NUMBERS,
+    "is_real_time": st.booleans(),
+    "outcome": st.none() | st.dictionaries(st.text(max_size=9), ANYTHING, max_size=2),
+}
+
+
+@given(ANYTHING | st.fixed_dictionaries({}, optional={name: good | ANYTHING for name, good in GOOD.items()}))
+def test_whatever_json_comes_it_is_a_question_or_an_answer_or_none(values):
+    data = json.dumps(values).encode()
     for kind in (StageRequest, StageReply):
-        with pytest.raises(ValueError):
-            kind.decode(data)
+        try:
+            message = kind.decode(data)
+        except MessageError:
+            continue
+        assert repr(kind.decode(message.encode())) == repr(message)
+        assert isinstance(message.number, str)
+        if isinstance(message, StageReply):
+            assert 0 < message.period < np.inf
+        elif message.cup is not None:
+            assert np.all(np.abs(message.cup) <= 100)
+    with pytest.raises(MessageError):
+        outcome_of(values)
+
+
+QUESTION = {"number": "a", "robot": "", "cast": None, "cup": None, "noise_seed": 0}
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        *(json.dumps(QUESTION | one).encode() for one in ({"noise_seed": np.inf}, {"noise_seed": -1}, {"number": 1})),
+        *(json.dumps(QUESTION | {"cup": cup}).encode() for cup in ({"a": 1}, [0.5], [0.5, np.inf], [0.5, 1e9])),
+        *(
+            json.dumps(QUESTION | {"cast": cast}).encode()
+            for cast in ([1, 2], {"distance": "x", "speed": 1, "wait": 1}, {"distance": 10**400, "speed": 1, "wait": 1})
+        ),
+        json.dumps(QUESTION).encode()[:-2] + b"9" * 5000 + b"}",
+        b"[" * 100_000,
+        b'{"number": "a"}'.ljust(100_000),
+        json.dumps(QUESTION | {"number": "\ud800"}).encode(),
+    ],
+)
+def test_what_is_no_question_is_one_error(data):
+    with pytest.raises(MessageError, match="no question: "):
+        StageRequest.decode(data)
 
 
 def test_a_status_of_another_arm_is_refused():

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Self
 
 import numpy as np
 
@@ -33,20 +32,21 @@ class ActionLoop(SampledLoop):
     """A `.SampledLoop` with contact whose controller is replaced by an action that is held for a control period.
 
     Encoders, delay, noise of the torque and motors are the station's. The diagram is built once; `begin` starts anew in it.
+
+    Raises
+    ------
+    InputError
+        If the scenario cannot be simulated.
     """
 
-    @classmethod
-    def of(cls, scenario: Scenario, to_torque: ToTorque) -> Self:
-        """Return the loop of a scenario. Raises `.InputError` if it cannot be simulated."""
+    _action: Array
+
+    def __init__(self, scenario: Scenario, to_torque: ToTorque) -> None:
         station = CastStation(scenario)
         integration = choose_integration(station)
         accuracy = scenario.simulation.contact_accuracy
-        loop = cls(station, integration.contact_method, integration.max_step, accuracy)
-        loop._to_torque = to_torque
-        return loop
-
-    _to_torque: ToTorque
-    _action: Array
+        super().__init__(station, integration.contact_method, integration.max_step, accuracy)
+        self._to_torque = to_torque
 
     def step(self, action: Array) -> None:
         """Hold an action for a control period; raises `.DivergedError` if the numbers run away."""

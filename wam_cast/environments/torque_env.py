@@ -96,7 +96,7 @@ class CastTorqueEnv(Env[Array, Array]):
         self.render_mode = checked_render_mode(render_mode)
         scenario = scenario or Scenario()
         self._task, self._observes_ball = CastTask(scenario, radii), observes_ball
-        self._loop = loop = ActionLoop.of(scenario, LAWS[action])
+        self._loop = loop = ActionLoop(scenario, LAWS[action])
         self._lower, self._upper = (
             limits[:N_ARM] for limits in (loop.plant.GetPositionLowerLimits(), loop.plant.GetPositionUpperLimits())
         )

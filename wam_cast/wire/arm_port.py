@@ -6,9 +6,9 @@ is that of one process, bit for bit.
 
 from __future__ import annotations
 
-import time
 from collections import deque
 from collections.abc import Callable
+from time import time_ns
 from typing import Any, Protocol
 
 import numpy as np
@@ -42,7 +42,7 @@ OPENING_TIMEOUT = 2.0
 REPEAT = 0.1
 """After which a status is sent again in lock step [s]."""
 
-PATIENCE = 5.0
+COMMAND_PATIENCE = 5.0
 """After which the arm in lock step no longer waits for a command [s]."""
 
 PAUSE = 1.0
@@ -96,7 +96,7 @@ def hold_torque(arm: MeasuredArm, q_hold: Array, limits: Array) -> Array:
 
 def _first_utime(clock: Clock) -> int:
     """Return where the arm's clock begins [us]: on the machine's own, later than any that it said before it was restarted."""
-    return time.time_ns() // 1000 if isinstance(clock, WallClock) else to_microseconds(clock.now())
+    return time_ns() // 1000 if isinstance(clock, WallClock) else to_microseconds(clock.now())
 
 
 class _Port:
@@ -184,12 +184,12 @@ class LockStepPort(_Port):
     def _answered(self, time: float, q: Array, v: Array) -> None:
         """Send the status of a sample until a command answers it, and have it decided about."""
         self._utime += self._period
-        for _ in range(round(PATIENCE / REPEAT)):
+        for _ in range(round(COMMAND_PATIENCE / REPEAT)):
             self._send_status(self._utime, time, q, v)
             if self._is_answered(q):
                 break
         else:
-            self.safety.stop(f"no command for {PATIENCE:g} s")
+            self.safety.stop(f"no command for {COMMAND_PATIENCE:g} s")
         if self.safety.decide(self._utime, q, v) is SafetyMode.STOPPED:
             raise ArmStoppedError
 

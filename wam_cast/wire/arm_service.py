@@ -13,7 +13,8 @@ from wam_cast.errors import InputError
 from wam_cast.simulation.outcome import Outcome
 from wam_cast.types import Position
 from wam_cast.wire.bus import Bus
-from wam_cast.wire.stage import REPLY_CHANNEL, REQUEST_CHANNEL, StageReply, StageRequest, outcome_record
+from wam_cast.wire.messages import MessageError
+from wam_cast.wire.stage import REPLY_CHANNEL, REQUEST_CHANNEL, StageReply, StageRequest, State, outcome_record
 
 LISTENING = 0.1
 """For which it waits for a question [s] before it looks whether it is interrupted."""
@@ -86,7 +87,7 @@ class ArmService(ABC):
         """Answer a question, at once."""
         try:
             request = StageRequest.decode(data)
-        except ValueError:
+        except MessageError:
             return
         self._bus.publish(REPLY_CHANNEL, self._answer(request).encode())
 
@@ -102,5 +103,5 @@ class ArmService(ABC):
         self._asked, self._reply = request, None
         return self._say(request, "casting")
 
-    def _say(self, request: StageRequest, state: str, **more: Any) -> StageReply:
+    def _say(self, request: StageRequest, state: State, **more: Any) -> StageReply:
         return StageReply(request.number, self._name, state, self._period, self._is_real_time, **more)

@@ -8,14 +8,12 @@ from collections import deque
 from collections.abc import Callable
 from typing import Protocol, runtime_checkable
 
-from pydrake.lcm import DrakeLcm
-
 from wam_cast.errors import InputError, MachineError, quoted
 
 DEFAULT_URL = "udpm://239.255.76.67:7667?ttl=0"
 """LCM's own, which does not leave this machine."""
 
-URL_PATTERN = re.compile(r"udpm://(\d{1,3})\.(\d{1,3})\.(\d{1,3})\.(\d{1,3}):(\d{1,5})(\?ttl=\d{1,3})?")
+URL_PATTERN = re.compile(r"udpm://(\d{1,3})\.(\d{1,3})\.(\d{1,3})\.(\d{1,3}):(\d{1,5})(?:\?ttl=(\d{1,3}))?", re.ASCII)
 
 Handler = Callable[[bytes], None]
 
@@ -64,11 +62,11 @@ class WallClock:
 def check_url(url: str) -> str:
     """Return the address of a bus. Raises `.InputError` if it is none: LCM itself takes any text, and is then silent for ever."""
     match = URL_PATTERN.fullmatch(url)
-    numbers = [] if match is None else [int(number) for number in match.groups()[:5]]
-    if not numbers or not 224 <= numbers[0] <= 239 or max(numbers[:4]) > 255 or not 1 <= numbers[4] <= 65535:
+    *group, port, ttl = [0] * 6 if match is None else [int(number) for number in match.groups("0")]
+    if not 224 <= group[0] <= 239 or max(*group, ttl) > 255 or not 1 <= port <= 65535:
         raise InputError(
             f"robot's address {quoted(url)}: must be udpm://GROUP:PORT?ttl=N with a multicast group from 224.0.0.0 to "
-            f"239.255.255.255, a port from 1 to 65535, and ttl=0 for this machine alone, such as {DEFAULT_URL}"
+            f"239.255.255.255, a port from 1 to 65535, and a ttl up to 255, 0 for this machine alone, such as {DEFAULT_URL}"
         )
     return url
 
@@ -76,7 +74,8 @@ def check_url(url: str) -> str:
 class LcmBus:
     """LCM's multicast on an address such as `DEFAULT_URL`.
 
-    Handlers run where `handle` is called, in the order in which the messages came.
+    Handlers run where `handle` is called, in the order in which the messages came. Of each channel Drake keeps one message: what
+    comes before `handle` has taken that is lost, and Drake's Python has nothing to set it with.
 
     Raises
     ------
@@ -87,6 +86,8 @@ class LcmBus:
     """
 
     def __init__(self, url: str = DEFAULT_URL) -> None:
+        from pydrake.lcm import DrakeLcm  # here: what only reads the address does without Drake
+
         self.url = check_url(url)
         try:
             self._lcm = DrakeLcm(url)

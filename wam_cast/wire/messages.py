@@ -7,9 +7,8 @@ and newton metres.
 
 Conventions of their own, on top of Drake's:
 
-- `utime` of a status is the arm's clock [us], which never goes back. `utime` of a command is that of the status that it answers:
-  so the
-  arm tells the age of a command by its own clock alone, and no two clocks need be set alike.
+- `utime` of a status is the arm's clock [us], which never goes back. `utime` of a command is that of the status that it answers: so
+  the arm tells the age of a command by its own clock alone, and no two clocks need be set alike.
 - `robot_utime` of a status is the time since the motion began [us]: 0 until then.
 """
 

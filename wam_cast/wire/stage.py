@@ -1,7 +1,8 @@
 """What no arm knows: where the cup is put, that a cast is to be made, and what became of the ball; asked and answered as JSON.
 
 With a simulated arm its own process answers; with a real one, whoever puts the cup there and looks where the ball went. A
-question is repeated until it is answered, and has a number, so that no message that is lost or doubled matters.
+question is repeated until it is answered, and has a number, so that no message that is lost or doubled matters. What comes is
+checked against the types here; fields that another version has besides are left out.
 """
 
 from __future__ import annotations
@@ -10,18 +11,26 @@ import json
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
-from typing import Any, Self
+from typing import Annotated, Any, Literal, Self, get_type_hints
 
 import numpy as np
+from pydantic import AfterValidator, Field, TypeAdapter, ValidationError, create_model
 
-from wam_cast.cast import Cast
+from wam_cast.cast import Cast, checked_cup
+from wam_cast.errors import describe_validation
 from wam_cast.simulation.outcome import Outcome, Status
 from wam_cast.types import Array, Position
+from wam_cast.wire.messages import MessageError
 
 REQUEST_CHANNEL, REPLY_CHANNEL = "WAM_STAGE_REQUEST", "WAM_STAGE_REPLY"
 
 ARRAYS = {"landing": 2, "entry_velocity": 3, "peak_torque_utilization": 7, "peak_velocity_utilization": 7}
 """Attributes of an outcome that are arrays, and how long they are."""
+
+MOST_BYTES = 65_536
+"""Of a question or an answer, tens of times what any has."""
+
+State = Literal["ready", "busy", "casting", "done", "refused"]
 
 
 @dataclass(frozen=True)
@@ -42,8 +51,8 @@ class StageRequest:
     number: str
     robot: str = ""
     cast: Cast | None = None
-    cup: Position | None = None
-    noise_seed: int = 0
+    cup: Annotated[Position, AfterValidator(checked_cup)] | None = None
+    noise_seed: Annotated[int, Field(ge=0)] = 0
 
     def encode(self) -> bytes:
         """Return it in JSON."""
@@ -51,19 +60,9 @@ class StageRequest:
 
     @classmethod
     def decode(cls, data: bytes) -> Self:
-        """Return the question in some bytes. Raises `ValueError` if there is none."""
-        values = _object(data)
-        try:
-            cast, cup = values["cast"], values["cup"]
-            return cls(
-                str(values["number"]),
-                str(values["robot"]),
-                None if cast is None else Cast(**cast),
-                None if cup is None else (float(cup[0]), float(cup[1])),
-                int(values["noise_seed"]),
-            )
-        except (KeyError, TypeError, IndexError) as error:
-            raise ValueError(f"no question: {error}") from error
+        """Return the question in some bytes. Raises `.MessageError` if there is none."""
+        question: Self = _decoded(_QUESTION, data, "question")
+        return question
 
 
 @dataclass(frozen=True)
@@ -90,8 +89,8 @@ class StageReply:
 
     number: str
     robot: str
-    state: str
-    period: float
+    state: State
+    period: Annotated[float, Field(gt=0, allow_inf_nan=False)]
     is_real_time: bool
     detail: str = ""
     outcome: dict[str, Any] | None = None
@@ -103,22 +102,27 @@ class StageReply:
 
     @classmethod
     def decode(cls, data: bytes) -> Self:
-        """Return the reply in some bytes. Raises `ValueError` if there is none."""
-        values = _object(data)
-        try:
-            return cls(**values)
-        except TypeError as error:
-            raise ValueError(f"no reply: {error}") from error
+        """Return the reply in some bytes. Raises `.MessageError` if there is none."""
+        reply: Self = _decoded(_REPLY, data, "reply")
+        return reply
 
 
-def _object(data: bytes) -> dict[str, Any]:
+_QUESTION, _REPLY = TypeAdapter(StageRequest), TypeAdapter(StageReply)
+
+
+def _decoded(kind: TypeAdapter[Any], data: bytes, name: str) -> Any:
+    if len(data) > MOST_BYTES:
+        raise MessageError(f"no {name}: {len(data)} bytes, where {MOST_BYTES} are the most")
     try:
-        values = json.loads(data)
-    except UnicodeDecodeError as error:
-        raise ValueError("no text") from error
-    if not isinstance(values, dict):
-        raise ValueError("no JSON object")  # noqa: TRY004 -- as json's own error
-    return values
+        return kind.validate_json(data, strict=True)
+    except ValidationError as error:
+        raise MessageError(f"no {name}: {describe_validation(error)}") from None
+
+
+_TYPES = get_type_hints(Outcome) | {
+    name: Annotated[list[float], Field(min_length=n, max_length=n)] for name, n in ARRAYS.items()
+}
+_OutcomeRecord: Any = create_model("_OutcomeRecord", **{field.name: _TYPES[field.name] for field in fields(Outcome)})
 
 
 def outcome_record(outcome: Outcome) -> dict[str, Any]:
@@ -128,15 +132,12 @@ def outcome_record(outcome: Outcome) -> dict[str, Any]:
 
 
 def outcome_of(record: Mapping[str, Any]) -> Outcome:
-    """Return the outcome in a record. Raises `ValueError` if it is none."""
-    missing = {field.name for field in fields(Outcome)} - set(record)
-    if missing:
-        raise ValueError(f"no outcome: {', '.join(sorted(missing))} missing")
-    values = dict(record)
-    values["status"] = Status(values["status"])
-    values |= {name: np.array(values[name], dtype=float) for name in ARRAYS}
-    values |= {name: tuple(values[name]) for name in ("limits_hit", "return_faults")}
-    return Outcome(**values)
+    """Return the outcome in a record. Raises `.MessageError` if it is none."""
+    try:
+        values = dict(_OutcomeRecord.model_validate(record))
+    except ValidationError as error:
+        raise MessageError(f"no outcome: {describe_validation(error)}") from None
+    return Outcome(**values | {name: np.array(values[name]) for name in ARRAYS})
 
 
 def seen_outcome(status: Status, landing: Array, **known: Any) -> Outcome:

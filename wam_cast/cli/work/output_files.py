@@ -31,6 +31,8 @@ class ThrowFiles(NamedTuple):
 
     def check(self, n_cups: int) -> None:
         """Refuse what could not be written of so many casts."""
+        if self.speed != 1.0 and not (self.replay or self.animation):
+            raise InputError("--speed is how fast --replay and --animation run: give one of them, or leave --speed out")
         for option, path in (("--picture", self.picture), ("--animation", self.animation)):
             if path and n_cups > 1:
                 raise InputError(f"{option} shows one cast: give one --cup, not {n_cups}")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,13 +12,11 @@ import wam_cast as wc
 from wam_cast.cli import model_choice, options
 from wam_cast.cli.results import format_position
 from wam_cast.cli.terminal import err, out, progress
+from wam_cast.wire.bus import DEFAULT_URL, LcmBus
 
 if TYPE_CHECKING:
     from wam_cast.wire.safety import Refusal
     from wam_cast.wire.stage import StageRequest
-
-# It stands in `wire.bus` too, which loads Drake: `--help` does without.
-DEFAULT_URL = "udpm://239.255.76.67:7667?ttl=0"
 
 
 def robot(
@@ -43,21 +40,17 @@ def robot(
     control period later, and without a command in time the arm holds its position and stops. It says which commands it refuses.
     With --json there is a line of JSON where it listens, and one for each cast.
     """
-    from wam_cast.wire.bus import LcmBus
     from wam_cast.wire.simulated_arm import SimulatedArm
 
     setting, believed = model_choice.load_scenario(scenario), None
     if belief is not None:
         believed = model_choice.load_scenario(belief)
-    refused: Counter[str] = Counter()
 
     def tell_refusal(refusal: Refusal) -> None:
-        if refused[refusal.kind] == 0:
+        if arm.safety.refused[refusal.kind] == 1:  # the first of its kind in this cast
             err.print(f"refused: {refusal}")
-        refused[refusal.kind] += 1
 
     def tell_outcome(request: StageRequest, outcome: wc.Outcome, service: dict[str, Any]) -> None:
-        refused.clear()
         if as_json:
             print(json.dumps(_record(request, outcome, service)), flush=True)
         else:

@@ -44,6 +44,7 @@ def test_the_chosen_one_lowers_the_variance_more_than_others_do(model, targets):
     assert after < 0.8 * variance(model, targets)
 
 
+@pytest.mark.slow
 def test_more_of_them_begin_with_the_same_and_lower_it_further(model, targets):
     five = choose_practice(model, 5, CUPS)
     assert choose_practice(model, 2, CUPS) == five[:2]

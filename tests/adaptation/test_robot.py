@@ -25,6 +25,7 @@ def test_without_noise_and_error_it_answers_as_its_scenario():
     assert (seen.status, seen.limits_hit, seen.is_caught) == (str(outcome.status), outcome.limits_hit, None)
 
 
+@pytest.mark.slow
 def test_each_cast_has_noise_of_its_own_that_the_number_of_the_cast_draws():
     robot = SimulatedRobot(NOISY, seed=3)
     answers = [robot.cast(CAST).landing for _ in range(3)]

@@ -176,6 +176,7 @@ def test_a_scenario_that_the_arm_cannot_reach_is_refused(refused, folder):
     assert "motion.start_radius = 3 m" in refused("show", "--scenario", "far.yaml")
 
 
+@pytest.mark.slow
 def test_a_missing_dask_is_named(refused, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "distributed", None)
     line = refused("generate", "--casts", "40", "--out", "d", "--scheduler", "tcp://localhost:1")

@@ -53,6 +53,7 @@ def robots(monkeypatch):
     return studied
 
 
+@pytest.mark.slow
 def test_it_prints_a_line_for_each_group_and_practice_and_writes_a_report(cli, folder, monkeypatch):
     monkeypatch.setattr(experiment, "write_report", write_report)
     result = cli(*WORDS)

@@ -485,6 +485,7 @@ def test_each_row_of_each_seed_always_has_a_noise_seed_of_its_own():
     assert row_noise_seed(0, 0) == 2635072618980576772
 
 
+@pytest.mark.slow
 def test_threads_do_not_disturb_each_other(real):
     with ThreadPoolExecutor(4) as executor:
         data = generate_dataset(SCENARIO, 5, 0, executor=executor)

@@ -172,6 +172,7 @@ def test_a_parameter_that_matters_less_has_a_wider_sigma(model):
     assert distance > 2 * wait
 
 
+@pytest.mark.slow
 def test_noise_in_the_landings_gives_a_large_regularization(data, model):
     noise = np.random.default_rng(0).normal(scale=0.02, size=len(data))
     noisy = ForwardModel.fit(changed(data, data.frame.index, landing_along=data.frame["landing_along"] + noise))
@@ -517,6 +518,7 @@ def test_damage_anywhere_is_noticed(file):
         refused(file)
 
 
+@pytest.mark.slow
 def test_a_flipped_bit_is_noticed_or_of_no_consequence(file, monkeypatch):
     from wam_cast.learning import model_file
 

@@ -34,6 +34,7 @@ def test_of_a_dataset(helper, monkeypatch, n_done):
     assert multiprocessing.active_children() == []
 
 
+@pytest.mark.slow
 def test_of_a_dataset_by_workers_that_are_kept(helper, monkeypatch):
     monkeypatch.setattr(dataset, "simulate_row", helper.dead_row)
     with Workers(2) as workers:

@@ -21,6 +21,7 @@ def test_processes_serve_all_batches_and_end_with_the_context(helper):
         os.kill(process, 0)
 
 
+@pytest.mark.slow
 def test_a_row_whose_process_dies_in_a_later_batch_is_tried_again_alone(helper):
     with Workers(1) as workers:
         (first,) = set(workers.run(helper.process, range(3)))

@@ -51,6 +51,7 @@ def test_they_look_from_before_the_drop_until_the_ball_is_at_the_rim(seen_cast):
     assert sighting.looks[-1].belief.is_down
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_pictures(seen_cast):
     recording, sighting = seen_cast
     n = int(np.sum(recording.stages < Stage.DROP)) + 5

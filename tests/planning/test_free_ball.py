@@ -124,7 +124,7 @@ def test_a_cup_that_is_out_of_reach_for_another_reason_is_refused_without(make_m
         plan_cast(model, (0.65, 0.0))
 
 
-@pytest.mark.parametrize("is_descent", [True, False])
+@pytest.mark.parametrize("is_descent", [pytest.param(True, marks=pytest.mark.slow), False])
 def test_random_scenarios_planned_for_at_random_are_free_or_told(make_model, is_descent):
     rng = np.random.default_rng(3)
 

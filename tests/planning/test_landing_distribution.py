@@ -120,6 +120,7 @@ def test_without_deviation_a_ball_enters_rim_clear_or_it_does_not(std):
         assert rim_clear_probability(REFERENCE, 0.4, offset, std) == pytest.approx(0, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_the_probability_vanishes_with_a_huge_deviation_or_too_flat_an_entry():
     at = np.linspace(-1, 1, 20_001) * clearance(REFERENCE, 0.4)
     area = np.trapezoid(2 * np.maximum(clearance_across(REFERENCE, 0.4, at), 0.0), at)

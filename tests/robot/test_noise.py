@@ -265,6 +265,7 @@ def test_torque_noise_keeps_its_seed_in_the_context():
         torque_deviates(3, 0)[0] = 1.0
 
 
+@pytest.mark.slow
 def test_every_torque_of_a_recording_is_the_law_of_what_the_encoders_saw_and_the_noise():
     """In the contact-free phase as in that with contact: nothing is drawn anew at the hand-over, nor shifted by a sample."""
     quick = dict.fromkeys(("hold", "fetch", "pull", "slide", "lift", "retreat"), 0.3)

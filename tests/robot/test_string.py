@@ -284,6 +284,7 @@ def test_energy_drift_without_damping_falls_with_the_cube_of_the_step():
     assert np.log2(drifts[0] / drifts[1]) == pytest.approx(3, abs=0.3)
 
 
+@pytest.mark.slow
 def test_contact_free_integrator_converges_at_third_order():
     pendulum = Pendulum(String(n_links=2, **UNDAMPED))
     q = pendulum.in_plane([1.0, 0.5])

@@ -65,6 +65,7 @@ def test_ball_cast_by_an_arm_on_floor_or_wall_is_caught_where_it_lands(changes):
     assert simulator.simulate(cast, tuple(free.landing)).is_caught
 
 
+@pytest.mark.slow
 def test_landing_turns_with_the_bearing_of_an_arm_on_the_floor():
     simulator = CastSimulator(Scenario.from_dict(FLOOR))
     straight, turned = (simulator.simulate(Cast(0.2, 0.5, 0.1, bearing)) for bearing in (0.0, 0.8))
@@ -72,6 +73,7 @@ def test_landing_turns_with_the_bearing_of_an_arm_on_the_floor():
     assert np.arctan2(*turned.landing[::-1]) == pytest.approx(0.8, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_everything_a_table_higher_lands_in_the_same_cup_the_same():
     """Arm, hand, cup and floor of a table raised by 0.4 m: nothing that the ball feels is different."""
     on_floor = CastSimulator(Scenario())

@@ -117,6 +117,7 @@ def test_it_equals_the_diagram_for_other_robots(values):
     assert_equal(Scenario.from_dict(values), TYPICAL)
 
 
+@pytest.mark.slow
 def test_it_equals_the_diagram_where_the_robot_is_not_what_is_believed():
     belief = Scenario.from_dict(
         {"arm": {"mass_scale": (1.0, 1.1, 1.0, 0.9, 1.0, 1.0, 1.0)}, "string": {"length": 0.55}}

@@ -158,6 +158,7 @@ def test_by_force_it_is_simulated_anew_and_what_was_there_is_kept(stored, made):
     assert {path.name for path in (stored / "set_aside").iterdir()} == {"part-00000.parquet", "part-00000-1.parquet"}
 
 
+@pytest.mark.slow
 def test_no_flipped_bit_is_taken(stored):
     # Whatever is not noticed has not changed a value: some bytes of a footer mean nothing to a reader.
     whole, expected = part(stored, 0).read_bytes(), CastDataset.load(stored).frame

@@ -30,6 +30,8 @@ from wam_cast.visualization.picture_files import write_figure
 from wam_cast.visualization.recorded import SAMPLED, finite_part, points_to_show, stage_pieces, without_turn
 from wam_cast.visualization.side_view import draw_side_view, in_casting_plane
 
+pytestmark = pytest.mark.slow
+
 
 def orange(image):
     """Return where `image` has the ball's colour, lit or in shade."""
@@ -66,7 +68,7 @@ def test_frames_show_a_lit_scene_that_moves(frames):
         assert np.mean(np.any(one.image != next_one.image, axis=2)) > 0.01
 
 
-@pytest.mark.parametrize("name", ["caught", pytest.param("missed", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", ["caught", "missed"])
 def test_ball_is_rendered_where_the_camera_projects_it(name, request):
     recording = request.getfixturevalue(name)
     samples = [0, 150, 250, 350]
@@ -114,7 +116,7 @@ def test_camera_frames_its_points_tightly_with_the_cast_to_the_right(bearing):
     assert high[1] < low[1] - 5
 
 
-@pytest.mark.parametrize("name", ["caught", pytest.param("missed", marks=pytest.mark.slow), "landed"])
+@pytest.mark.parametrize("name", ["caught", "missed", "landed"])
 def test_whole_cast_is_in_the_picture(name, request):
     recording = request.getfixturevalue(name)
     (frame,) = render_frames(recording, [0], size=(60, 80))
@@ -181,7 +183,6 @@ def test_cast_that_diverges_in_its_turn_has_a_start_and_an_end(caught):
     assert choose_moments(broken)[-1] == 49
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("end", [0.2, 0.85, 1.0])
 def test_nothing_is_cut_off_however_far_the_ball_rolls(caught, end):
     p_WL = caught.p_WL.copy()

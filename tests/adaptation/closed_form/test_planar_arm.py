@@ -122,6 +122,7 @@ def motion_end(scenario, cast):
     return float(PlannedPath(scenario, cast[np.newaxis]).drop_end[0])
 
 
+@pytest.mark.slow
 def test_a_late_controller_tracks_worse():
     late = Scenario.from_dict({"controller": {"delay": 1}})
     cast = np.array([[0.3, 0.6, 0.1]])

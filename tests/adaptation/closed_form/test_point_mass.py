@@ -154,6 +154,7 @@ def test_a_ball_that_stays_above_the_rim_has_no_landing():
     assert all(np.isnan(values).all() for values in found)
 
 
+@pytest.mark.slow
 def test_landings_do_not_depend_on_the_step_nor_on_which_casts_are_computed_with_them():
     scenario = Scenario()
     casts = sample_casts(scenario, 12, seed=8)

@@ -201,6 +201,7 @@ def test_scenario_and_cast_load_neither_drake_nor_learning():
     assert "wam_cast.scenario" in loaded
 
 
+@pytest.mark.slow
 def test_estimator_loads_no_drake():
     loaded = loaded_by("import wam_cast.learning.kernel_ridge")
     assert "sklearn" in loaded

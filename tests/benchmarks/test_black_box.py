@@ -12,6 +12,8 @@ from wam_cast.cast import cast_bounds, is_allowed
 from wam_cast.errors import InputError
 from wam_cast.scenario import Scenario
 
+pytestmark = pytest.mark.slow
+
 ALL = pytest.mark.parametrize("method", SEARCHES)
 RANDOM = pytest.mark.parametrize("method", ["cma-es", "bayesian"])
 
@@ -48,8 +50,7 @@ def search(method, budget, miss, scenario=None, seed=0):
 
 
 @pytest.mark.parametrize(
-    ("method", "budget", "tolerance"),
-    [("grid", 1000, 0.09), ("cma-es", 200, 0.01), pytest.param("bayesian", 15, 0.15, marks=pytest.mark.slow)],
+    ("method", "budget", "tolerance"), [("grid", 1000, 0.09), ("cma-es", 200, 0.01), ("bayesian", 15, 0.15)]
 )
 def test_the_least_of_a_known_function_is_found(method, budget, tolerance):
     best = LOWER + (UPPER - LOWER) * [0.6, 0.3, 0.7]

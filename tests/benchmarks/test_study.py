@@ -26,6 +26,8 @@ from wam_cast.planning.reach import Reach
 from wam_cast.simulation.outcome import Status
 from wam_cast.simulation.simulator import simulate_cast
 
+pytestmark = pytest.mark.slow
+
 NAMES = [
     ("gradient", "model"),
     ("program", "model"),
@@ -278,7 +280,6 @@ def test_bad_numbers_are_refused(casts, name):
         compare(seed=-1)
 
 
-@pytest.mark.slow
 def test_a_search_on_the_simulator_is_as_good_as_its_casts():
     cup = 0.6
     choice = Searcher("grid", "simulator", 2).choose(reference_model(), cup, 0)

@@ -73,7 +73,9 @@ def run(helper, tmp_path):
     return run
 
 
-@pytest.mark.parametrize("how", ["script", "module", "input", "-c", "prompt"])
+@pytest.mark.parametrize(
+    "how", ["script", *(pytest.param(how, marks=pytest.mark.slow) for how in ("module", "input", "-c", "prompt"))]
+)
 def test_processes_start_from_anywhere_without_a_guard(run, how):
     assert run(how, UNGUARDED) == ("work is done True\n", "")
 

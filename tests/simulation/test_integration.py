@@ -35,12 +35,12 @@ def converged(setting, cast, monkeypatch):
 HEAVY = {"ball": {"mass": 0.045}, "string": {"length": 0.55}}
 STRINGS = [
     HEAVY,
-    {"ball": {"mass": 0.060}},
+    pytest.param({"ball": {"mass": 0.060}}, marks=pytest.mark.slow),
     pytest.param({"ball": {"mass": 0.200}, "string": {"mass": 0.0005}}, marks=pytest.mark.slow),
     {"ball": {"mass": 0.002}, "string": {"mass": 0.020}},
     {"string": {"bending_damping": 0.0, "hook_damping": 0.0}},
     pytest.param({"string": {"bending_damping": 2e-5}}, marks=pytest.mark.slow),
-    {"string": {"n_links": 1}},
+    pytest.param({"string": {"n_links": 1}}, marks=pytest.mark.slow),
     pytest.param({"string": {"n_links": 20}}, marks=pytest.mark.slow),
     {"arm": {"coulomb_friction": 1.0}},
 ]

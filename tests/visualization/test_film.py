@@ -94,6 +94,7 @@ def test_gif_lasts_as_long_as_the_cast_to_its_verdict(gif, caught):
     assert gif.stat().st_size < 2.5e6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [0.25, 2.0])
 def test_slow_motion_has_more_frames_of_the_same_cast(caught, speed):
     normal, other = animation_samples(caught), animation_samples(caught, speed)

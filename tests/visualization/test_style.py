@@ -81,6 +81,7 @@ def make_figure(request):
     return make
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", ["pdf", "png", "svg"])
 def test_same_figure_is_the_same_file(suffix, make_figure, tmp_path, monkeypatch):
     for number in range(2):

@@ -34,6 +34,8 @@ from wam_cast.visualization.figures.model_figures import (
 from wam_cast.visualization.figures.planning_figures import draw_landing_map
 from wam_cast.visualization.figures.plot_style import CURVE_STYLES, curve_styles
 
+pytestmark = pytest.mark.slow
+
 RNG = np.random.default_rng(0)
 NONE = np.array([])
 UNKNOWN = np.full(5, np.nan)

@@ -8,7 +8,7 @@ from pydantic import BaseModel
 ARRAY = re.compile(r"[~\w.]*ndarray\[tuple\[[~\w.]*Any, \.\.\.\], [~\w.]*dtype\[[~\w.]*?(\w+)\]\]")
 LIKE_AN_ARRAY = re.compile(r"[~\w.]*_Buffer \| .*?_NestedSequence\[complex \| bytes \| str\]")
 
-CONSTRAINED = re.compile(r"[~\w.]*Annotated\[([~\w.]+), (?:FieldInfo\([^\]]*\]\)|[~\w.]+\([^)]*\))\]")
+CONSTRAINED = re.compile(r"[~\w.]*Annotated\[([~\w.]+(?:\[[^\]]*\])?), (?:FieldInfo\([^\]]*\]\)|[~\w.]+\([^)]*\))\]")
 """A number with what pydantic asks of it, which is for files that may be damaged."""
 
 

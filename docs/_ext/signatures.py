@@ -9,7 +9,7 @@ ARRAY = re.compile(r"[~\w.]*ndarray\[tuple\[[~\w.]*Any, \.\.\.\], [~\w.]*dtype\[
 LIKE_AN_ARRAY = re.compile(r"[~\w.]*_Buffer \| .*?_NestedSequence\[complex \| bytes \| str\]")
 
 CONSTRAINED = re.compile(r"[~\w.]*Annotated\[([~\w.]+(?:\[[^\]]*\])?), (?:FieldInfo\([^\]]*\]\)|[~\w.]+\([^)]*\))\]")
-"""A number with what pydantic asks of it, which is for files that may be damaged."""
+"""A type with what pydantic asks of it, which is for files and messages that may be damaged."""
 
 
 def shorten(_app: Any, what: str, _name: str, thing: Any, _options: Any, signature: str, returns: str) -> Any:

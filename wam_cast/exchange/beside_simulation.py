@@ -98,10 +98,12 @@ def landing_of(measured: MeasuredCast, height: float, gravity: float) -> Array:
     is_seen = np.isfinite(measured.p_WL).all(axis=1)
     times, path = measured.times[is_seen], measured.p_WL[is_seen]
     (falling,) = np.nonzero((path[:-1, 2] > height) & (path[1:, 2] <= height))
-    if len(falling) == 0 or times[falling[0] + 1] - times[falling[0]] > LONGEST_GAP:
+    if len(falling) == 0:
         return np.full(2, np.nan)
-    above, below = path[falling[0]], path[falling[0] + 1]
-    gap = times[falling[0] + 1] - times[falling[0]]
+    (above, below), (at_above, at_below) = (of[falling[0] : falling[0] + 2] for of in (path, times))
+    gap = at_below - at_above
+    if gap > LONGEST_GAP:
+        return np.full(2, np.nan)
     v_z = (below[2] - above[2]) / gap + gravity * gap / 2  # at the sight above, on the parabola through both
     after = (v_z + math.sqrt(v_z**2 + 2 * gravity * (above[2] - height))) / gravity
     return np.asarray(above[:2] + after / gap * (below[:2] - above[:2]))

@@ -192,9 +192,8 @@ def _numbers(frame: pd.DataFrame, columns: tuple[str, ...], *, may_miss: bool) -
             raise InputError(f"column {name} is missing")
         given = frame[name]
         if not is_numeric_dtype(given) or is_bool_dtype(given):
-            given = given.astype(object).map(
-                str, na_action="ignore"
-            )  # truths and dates would become numbers, their words do not
+            # Truths and dates would become numbers, their words do not.
+            given = given.astype(object).map(str, na_action="ignore")
         column = pd.to_numeric(given, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
         is_wrong = np.isinf(column) | (np.isnan(column) & ~(given.isna().to_numpy() & may_miss))
         if is_wrong.any():

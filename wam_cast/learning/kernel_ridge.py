@@ -8,11 +8,14 @@ leave-one-out residuals without refits.
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 from numpy.typing import ArrayLike
 from sklearn.base import BaseEstimator, MultiOutputMixin, RegressorMixin
 from sklearn.utils.validation import check_is_fitted, validate_data
 
+from wam_cast.deprecation import renamed
 from wam_cast.learning.kernel.kernel_regression import KernelRegression
 from wam_cast.types import Array
 
@@ -22,7 +25,8 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator, KernelRegress
 
     The prediction is `m(x) = y_mean + k(x)^T (K + λ I)^-1 (Y - y_mean)` with the kernel `k(x, x') = exp(-||x - x'||^2 / σ^2)`,
     without the factor 2 that is usual elsewhere. Distances are measured between inputs scaled to the unit cube. With weights of
-    the samples, `w`, there is `λ / w_i` for row i in the place of λ, and `y_mean` is the weighted mean.
+    the samples, `w`, there is `λ / w_i` for row i in the place of λ, and `y_mean` is the weighted mean. Its
+    methods are those of `.KernelRegression`.
 
     Parameters
     ----------
@@ -85,6 +89,14 @@ class KernelRidge(MultiOutputMixin, RegressorMixin, BaseEstimator, KernelRegress
     >>> print(y.round(2), dy_dX.round(2))  # sin(1) and cos(1)
     [0.84] [[0.54]]
     """
+
+    expand = renamed("expand", "linearize")
+    predict_with_gradient = renamed("predict_with_gradient", "linearize")
+
+    def predict_gradient(self, X: ArrayLike) -> Array:
+        """Return the second part of what `linearize` returns, which is to be called instead (deprecated)."""
+        warnings.warn("KernelRidge.predict_gradient is now linearize(X)[1]", DeprecationWarning, stacklevel=2)
+        return self.linearize(X)[1]
 
     def leave_one_out(self) -> tuple[Array, Array]:
         """Return what `.KernelRegression.leave_one_out` does, or raise scikit-learn's error before a fit."""

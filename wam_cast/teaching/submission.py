@@ -49,12 +49,17 @@ class Submission:
     def process(self, seed: int, folder: Path, answers: IO[bytes]) -> subprocess.Popen[bytes]:
         """Start the process that runs it in an empty `folder`, and writes what is said of its answers to an open file."""
         (folder / "cells.json").write_text(json.dumps([self.exercise, self.cells, seed]))
-        environment = os.environ | {"MPLBACKEND": "agg", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-        environment |= {"IPYTHONDIR": str(folder / ".ipython")}  # nobody's startup files
+        environment = {
+            "MPLBACKEND": "agg",
+            "OMP_NUM_THREADS": "1",
+            "OPENBLAS_NUM_THREADS": "1",
+            "IPYTHONDIR": str(folder / ".ipython"),  # nobody's startup files
+            "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
+        }
         return subprocess.Popen(
             [sys.executable, "-m", "wam_cast.teaching.submission", "cells.json"],
             cwd=folder,
-            env=environment | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+            env=os.environ | environment,
             stdin=subprocess.DEVNULL,
             stdout=answers,
             stderr=subprocess.DEVNULL,

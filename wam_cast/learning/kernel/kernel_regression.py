@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import warnings
 from copy import copy
 from typing import Literal, Self, overload
 
@@ -13,7 +12,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import cho_solve, solve_triangular
 
-from wam_cast.deprecation import renamed
 from wam_cast.learning.kernel.kernel_matrix import factorize, gaussian_kernel
 from wam_cast.learning.kernel.kernel_parameters import (
     checked_n_landmarks,
@@ -115,19 +113,11 @@ class KernelRegression:
         ValueError
             If the shape or a value of `X` is not allowed.
         sklearn.exceptions.NotFittedError
-            If called before `fit`.
+            If a `.KernelRidge` is called before `fit`.
         """
         K = gaussian_kernel(self._scale(self._checked_inputs(X)), self._scale(self.centers_))
         prediction: Array = K @ self.dual_coef_ + self.target_mean_
         return (prediction, self.predict_std(X)) if return_std else prediction
-
-    expand = renamed("expand", "linearize")
-    predict_with_gradient = renamed("predict_with_gradient", "linearize")
-
-    def predict_gradient(self, X: ArrayLike) -> Array:
-        """Return the second part of what `linearize` returns, which is to be called instead (deprecated)."""
-        warnings.warn("KernelRidge.predict_gradient is now linearize(X)[1]", DeprecationWarning, stacklevel=2)
-        return self.linearize(X)[1]
 
     def linearize(self, X: ArrayLike) -> tuple[Array, Array]:
         """Predict the targets and differentiate them, quickly for the few inputs that an optimizer asks about.
@@ -213,7 +203,7 @@ class KernelRegression:
         ValueError
             If the estimator was fitted to a single row.
         sklearn.exceptions.NotFittedError
-            If called before `fit`.
+            If a `.KernelRidge` is called before `fit`.
         """
         n_samples = len(self.X_fit_)
         if n_samples < 2:

@@ -19,7 +19,7 @@ extensions = [
     "signatures",
     "myst_nb",
     "sphinx.ext.autodoc",
-    "numpydoc",
+    "docstrings",  # by numpydoc
     "sphinx.ext.mathjax",
     "sphinx-mathjax-offline",  # MathJax's own files, since readers may be without a network
     "sphinx_copybutton",

@@ -17,6 +17,7 @@ version = release = wam_cast.__version__
 extensions = [
     "generated_pages",
     "signatures",
+    "navigation",
     "myst_nb",
     "sphinx.ext.autodoc",
     "docstrings",  # by numpydoc

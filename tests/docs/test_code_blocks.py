@@ -10,6 +10,7 @@ import re
 import shlex
 import sys
 import tomllib
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -19,6 +20,10 @@ from markdown_it import MarkdownIt
 import wam_cast as wc
 from wam_cast.cli import main, model_choice
 from wam_cast.cli.commands import app
+from wam_cast.experiments import preview, trials
+from wam_cast.generation.engines import simulate_row
+from wam_cast.learning import dataset
+from wam_cast.parallel.workers import run_rows
 
 ROOT = Path(__file__).parents[2]
 SITE = sorted((ROOT / "docs").glob("*.md")) + sorted((ROOT / "docs" / "howto").glob("*.md"))
@@ -37,9 +42,13 @@ CHEAPER = {
         "wam-cast generate --scenario longer.yaml --casts 34 --out longer.casts"
     ),
     "wam-cast generate --engine batch --casts 100000 --out many": "wam-cast generate --engine batch --casts 8 --out many",
-    # README has a film of its own made.
+    # A quarter of the frames.
+    "wam-cast throw --cup 0.75 --picture cast.png --animation cast.gif": (
+        "wam-cast throw --cup 0.75 --picture cast.png --animation cast.gif --speed 4"
+    ),
+    # README has a film of its own made, and a replay of the turn to this cup.
     "wam-cast throw --cup 0.60,-0.25 --replay cast.html --picture cast.png --animation cast.gif": (
-        "wam-cast throw --cup 0.60,-0.25 --replay cast.html --picture cast.png"
+        "wam-cast throw --cup 0.60,-0.001 --replay cast.html --picture cast.png"
     ),
     "wam-cast generate --engine batch --casts 20000 --out many": "wam-cast generate --engine batch --casts 8 --out many",
     "wam-cast throw --cup 0.75 --replay slow.html --animation slow.gif --speed 0.25": (
@@ -52,6 +61,12 @@ CHEAPER = {
 
 TRAINING_CASTS = 34
 """What `--train` simulates here, in place of 1,700: as few as can be split."""
+
+CHECKED_CASTS = 8
+"""What `check` simulates here, in place of 30: as few as it does for scenarios that take long."""
+
+CHEAPER_PYTHON = {"CANDIDATES, CUPS = 16, 8\n": "CANDIDATES, CUPS = 8, 8\n"}
+"""The same for lines of Python."""
 
 IN_CI, IN_DASK, IN_REPRODUCE = ".ci/run", "tests/learning/test_dask.py", "tests/cli/test_reproduce.py"
 
@@ -126,6 +141,17 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
+@cache
+def simulated_row(scenario, seed, row):
+    return simulate_row(scenario, seed, row)
+
+
+def simulate_row_once(scenario, seed, row, *, make_controller=None):
+    """Simulate a row as `simulate_row` does, or remember it: two lines of a page may learn from the same casts."""
+    assert make_controller is None
+    return dict(simulated_row(scenario, seed, row))
+
+
 @pytest.fixture
 def run(monkeypatch, capsys, inline_executor):
     """Return a function that runs a line of `wam-cast` in this process and returns its exit code and what it printed."""
@@ -134,8 +160,14 @@ def run(monkeypatch, capsys, inline_executor):
     def generate_here(*args, executor=None, n_workers=None, **options):
         return generate(*args, executor=inline_executor, **options)
 
+    def run_rows_here(function, rows, *_):
+        return run_rows(function, rows, inline_executor)
+
     monkeypatch.setattr(wc, "generate_dataset", generate_here)
+    monkeypatch.setattr(dataset, "simulate_row", simulate_row_once)
+    monkeypatch.setattr(trials, "run_rows", run_rows_here)
     monkeypatch.setattr(model_choice, "TRAINING_CASTS", TRAINING_CASTS)
+    monkeypatch.setattr(preview, "N_CASTS", CHECKED_CASTS)
 
     def call(line):
         capsys.readouterr()
@@ -166,6 +198,8 @@ def test_languages_are_known(page):
 def test_python_runs(page, folder):
     namespace = {"__name__": "__main__"}
     for number, code in enumerate(blocks(page, "python"), 1):
+        for line, cheaper in CHEAPER_PYTHON.items():
+            code = code.replace(line, cheaper)
         exec(compile(code, f"{name(page)}, Python block {number}", "exec"), namespace)
 
 
@@ -209,6 +243,8 @@ def parse(line):
 def test_declared_lines_stand_somewhere():
     lines = {line for page in PAGES for line, _ in shell_lines(page)}
     assert set(CHEAPER) <= lines
+    code = "".join(block for page in PAGES for block in blocks(page, "python"))
+    assert all(line in code for line in CHEAPER_PYTHON)
     assert [pattern for pattern in ELSEWHERE if not any(re.fullmatch(pattern, line) for line in lines)] == []
 
 

@@ -1,4 +1,4 @@
-"""numpydoc as it is, without what it does over and over: it compiles its template for each docstring, and a third of the build went so."""
+"""numpydoc as it is, but for its template, which it compiles anew for each docstring: a third of a build went so."""
 
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,7 @@ def read(thing: Any, what: Any = None, doc: Any = None, config: Any = None, buil
 
 
 def setup(app: Any) -> dict[str, bool]:
-    """Connect it, without the signatures that numpydoc looks for in docstrings: ours have none, and `signatures` has the last word."""
+    """Connect it, but not to signatures: numpydoc looks for them in docstrings, which have none here."""
     metadata: dict[str, bool] = numpydoc.numpydoc.setup(app, get_doc_object_=read)
     for listener in list(app.events.listeners["autodoc-process-signature"]):
         if listener.handler is numpydoc.numpydoc.mangle_signature:

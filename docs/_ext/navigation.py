@@ -1,4 +1,4 @@
-"""The tree of pages beside each page, from their titles alone: Sphinx copies all headings and names of all pages for it, each time."""
+"""The tree of pages beside each page, from their titles alone: Sphinx copies all that stands on all pages for it, each time."""
 
 from functools import cache
 from typing import Any

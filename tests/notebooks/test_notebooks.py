@@ -118,7 +118,8 @@ def test_deprecated_use_of_drake_and_false_checks_stop_a_notebook(code, run_note
 def test_what_python_and_cpp_warn_of_is_noticed(run_notebook):
     by_python = "import warnings\nwarnings.warn('from Python')"
     by_cpp = "import os\n_ = os.write(2, b'from C++')"
-    noticed = warnings_of(run_notebook(notebook_of(by_python, by_cpp)))
+    # A thread of the kernel reads what C++ writes, and may do so after the cell.
+    noticed = warnings_of(run_notebook(notebook_of(by_python, by_cpp), after=["import time", "time.sleep(0.5)"]))
     assert "from Python" in noticed
     assert "from C++" in noticed
 

@@ -15,6 +15,9 @@ from wam_cast.learning import dataset
 
 ROOT = Path(wam_cast.__file__).parents[1]
 
+WITHOUT_PHYSICS = Path(__file__).parents[1] / "faults" / "small_command.py"
+"""The command line with closed forms in place of casts."""
+
 
 @dataclass
 class Result:
@@ -60,14 +63,18 @@ def cli(monkeypatch, capsys):
 
 @pytest.fixture
 def start():
-    """Return a function that starts a command line in a process of its own; what still runs in the end is killed."""
+    """Return a function that starts a command line in a process of its own; what still runs in the end is killed.
+
+    Without physics it says first that it is ready.
+    """
     started = []
 
-    def popen(*words, **options):
+    def popen(*words, has_physics=True, **options):
         # Not by an import path that another installation of the package could be on.
         environment = {**os.environ, "PYTHONPATH": str(ROOT)}
         pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options
-        command = [sys.executable, "-m", "wam_cast", *map(str, words)]
+        program = ["-m", "wam_cast"] if has_physics else [WITHOUT_PHYSICS]
+        command = [sys.executable, *program, *map(str, words)]
         started.append(subprocess.Popen(command, env=environment, text=True, start_new_session=True, **pipes))
         return started[-1]
 
@@ -91,7 +98,17 @@ def process(start):
 
 
 @pytest.fixture
-def no_physics(monkeypatch, inline_executor):
+def without_workers(monkeypatch, inline_executor):
+    """Make datasets in this process."""
+
+    def generate(*args, executor=None, n_workers=None, **options):
+        return dataset.generate_dataset(*args, executor=inline_executor, **options)
+
+    monkeypatch.setattr(wam_cast, "generate_dataset", generate, raising=False)
+
+
+@pytest.fixture
+def no_physics(monkeypatch, without_workers):
     """Make datasets in this process and without physics: a cast lands where a closed form says; 60 of them train a model."""
 
     def row(scenario, seed, number):
@@ -108,11 +125,7 @@ def no_physics(monkeypatch, inline_executor):
         }
         return values | parameters | landing | good | {"cast": number}
 
-    def generate(*args, executor=None, n_workers=None, **options):
-        return dataset.generate_dataset(*args, executor=inline_executor, **options)
-
     monkeypatch.setattr(dataset, "simulate_row", row)
-    monkeypatch.setattr(wam_cast, "generate_dataset", generate, raising=False)
     monkeypatch.setattr(model_choice, "TRAINING_CASTS", 60)
     monkeypatch.setattr(model_choice, "require_workable", lambda *_, **__: None)
 

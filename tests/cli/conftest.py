@@ -15,8 +15,7 @@ from wam_cast.learning import dataset
 
 ROOT = Path(wam_cast.__file__).parents[1]
 
-WITHOUT_PHYSICS = Path(__file__).parents[1] / "faults" / "small_command.py"
-"""The command line with closed forms in place of casts."""
+FAULTS = Path(__file__).parents[1] / "faults"
 
 
 @dataclass
@@ -63,17 +62,13 @@ def cli(monkeypatch, capsys):
 
 @pytest.fixture
 def start():
-    """Return a function that starts a command line in a process of its own; what still runs in the end is killed.
-
-    Without physics it says first that it is ready.
-    """
+    """Return a function that starts a command line in a process of its own; what still runs in the end is killed."""
     started = []
 
-    def popen(*words, has_physics=True, **options):
+    def popen(*words, program=("-m", "wam_cast"), **options):
         # Not by an import path that another installation of the package could be on.
         environment = {**os.environ, "PYTHONPATH": str(ROOT)}
         pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options
-        program = ["-m", "wam_cast"] if has_physics else [WITHOUT_PHYSICS]
         command = [sys.executable, *program, *map(str, words)]
         started.append(subprocess.Popen(command, env=environment, text=True, start_new_session=True, **pipes))
         return started[-1]
@@ -95,6 +90,23 @@ def process(start):
         return Result(ended.returncode, out, err)
 
     return run
+
+
+@pytest.fixture
+def small_program():
+    """Return the program, for `start` and `process`, that casts by closed forms; it says first that it is ready."""
+    return [FAULTS / "small_command.py"]
+
+
+@pytest.fixture
+def closed_form_row(monkeypatch):
+    """Return what simulates a row there."""
+    monkeypatch.syspath_prepend(FAULTS)
+    import closed_forms
+
+    monkeypatch.setattr(closed_forms, "SECONDS", 0)
+    yield closed_forms.row
+    del sys.modules["closed_forms"]
 
 
 @pytest.fixture

@@ -63,20 +63,40 @@ def test_exit_codes_and_streams(process, words, code):
         assert json.loads(result.out)["is_feasible"]
 
 
+PRINTING = """
+from wam_cast.cli import main
+from wam_cast.cli.commands import app
+from wam_cast.cli.results import print_json
+from wam_cast.cli.terminal import out
+
+@app.command()
+def line():
+    out.print("the diagram is in a.dot")
+
+@app.command()
+def numbers():
+    print_json({"cup": [0.75, 0.0]})
+
+main()
+"""
+"""The command line with what prints as commands do, without their work."""
+
+
 @pytest.mark.parametrize(
-    "words",
+    ("program", "words"),
     [
-        "--help",
-        pytest.param("plan --cup 0.75", marks=pytest.mark.slow),
-        pytest.param("plan --cup 0.75 --json", marks=pytest.mark.slow),
-        pytest.param("show --graph a.dot", marks=pytest.mark.slow),
+        (["-m", "wam_cast"], "--help"),
+        pytest.param(["-m", "wam_cast"], "plan --cup 0.75", marks=pytest.mark.slow),
+        pytest.param(["-c", PRINTING], "numbers", marks=pytest.mark.slow),
+        pytest.param(["-c", PRINTING], "line", marks=pytest.mark.slow),
     ],
+    ids=["help", "table", "json", "line"],
 )
-def test_a_reader_that_has_left_gets_no_traceback(process, words):
+def test_a_reader_that_has_left_gets_no_traceback(process, program, words):
     reader, writer = os.pipe()
     os.close(reader)
     try:
-        result = process(*words.split(), stdout=writer)
+        result = process(*words.split(), program=program, stdout=writer)
     finally:
         os.close(writer)
     assert (result.code, result.err) == (141, "")
@@ -94,15 +114,20 @@ def full_disk(request, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "words",
-    ["--version", *(pytest.param(words, marks=pytest.mark.slow) for words in ("--help", "plan --cup 0.75 --json"))],
+    ("program", "word"),
+    [
+        (["-m", "wam_cast"], "--version"),
+        pytest.param(["-m", "wam_cast"], "--help", marks=pytest.mark.slow),
+        pytest.param(["-c", PRINTING], "numbers", marks=pytest.mark.slow),
+    ],
+    ids=["version", "help", "json"],
 )
-def test_output_without_room_is_one_line(process, full_disk, words):
-    result = process(*words.split(), stdout=full_disk)
+def test_output_without_room_is_one_line(process, full_disk, program, word):
+    result = process(word, program=program, stdout=full_disk)
     assert result.code == 2
     assert result.err.count("\n") == 1
     assert "no space left on device" in result.err
-    assert process(*words.split(), stdout=full_disk, stderr=full_disk).code == 2
+    assert process(word, program=program, stdout=full_disk, stderr=full_disk).code == 2
 
 
 def test_errors_without_room_keep_their_exit_code(process, full_disk):
@@ -149,22 +174,11 @@ def test_show_serves_a_page_until_it_is_interrupted(start):
     assert (process.returncode, out, err) == (130, "", "interrupted\n")
 
 
-@pytest.fixture
-def closed_form_row(monkeypatch):
-    """Return what simulates a row where there is no physics."""
-    monkeypatch.syspath_prepend(Path(__file__).parents[1] / "faults")
-    import closed_forms
-
-    monkeypatch.setattr(closed_forms, "SECONDS", 0)
-    yield closed_forms.row
-    del sys.modules["closed_forms"]
-
-
 @pytest.mark.slow
-def test_an_interrupted_generation_goes_on_to_the_same_dataset(start, process, folder, closed_form_row):
+def test_an_interrupted_generation_goes_on_to_the_same_dataset(start, process, folder, small_program, closed_form_row):
     # That a row of real casts is the same in any process, tests of datasets and maps show.
     words = ("generate", "--casts", "320", "--seed", "5", "--workers", "2")
-    running = start(*words, "--out", "a b", has_physics=False)
+    running = start(*words, "--out", "a b", program=small_program)
     casts = folder / "a b" / "casts"
     wait_for(lambda: (casts / "part-00000.parquet").exists(), running)
     out, err = ctrl_c(running)
@@ -177,7 +191,7 @@ def test_an_interrupted_generation_goes_on_to_the_same_dataset(start, process, f
     number, total = re.match(r"(\d+) of (\d+) casts were simulated", first).groups()
     assert 50 * len(kept) <= int(number) < int(total) == 320
     command = first.split("Go on with: wam-cast ")[1]
-    assert process(*shlex.split(command), has_physics=False).code == 0
+    assert process(*shlex.split(command), program=small_program).code == 0
     for name, content in kept.items():
         assert (casts / name).read_bytes() == content
     frame = wc.CastDataset.load("a b").frame
@@ -186,8 +200,8 @@ def test_an_interrupted_generation_goes_on_to_the_same_dataset(start, process, f
 
 
 @pytest.mark.slow
-def test_an_interruption_amid_the_casts_shows_nothing_of_the_inside(start, folder):
-    running = start("reproduce", "--quick", "--out", "run", "--workers", "2", has_physics=False)
+def test_an_interruption_amid_the_casts_shows_nothing_of_the_inside(start, folder, small_program):
+    running = start("reproduce", "--quick", "--out", "run", "--workers", "2", program=small_program)
     wait_for(lambda: list(folder.rglob("part-00000.parquet")), running)
     _, err = ctrl_c(running)
     assert running.returncode == 130

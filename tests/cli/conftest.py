@@ -15,6 +15,8 @@ from wam_cast.learning import dataset
 
 ROOT = Path(wam_cast.__file__).parents[1]
 
+FAULTS = Path(__file__).parents[1] / "faults"
+
 
 @dataclass
 class Result:
@@ -63,11 +65,11 @@ def start():
     """Return a function that starts a command line in a process of its own; what still runs in the end is killed."""
     started = []
 
-    def popen(*words, **options):
+    def popen(*words, program=("-m", "wam_cast"), **options):
         # Not by an import path that another installation of the package could be on.
         environment = {**os.environ, "PYTHONPATH": str(ROOT)}
         pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options
-        command = [sys.executable, "-m", "wam_cast", *map(str, words)]
+        command = [sys.executable, *program, *map(str, words)]
         started.append(subprocess.Popen(command, env=environment, text=True, start_new_session=True, **pipes))
         return started[-1]
 
@@ -91,7 +93,34 @@ def process(start):
 
 
 @pytest.fixture
-def no_physics(monkeypatch, inline_executor):
+def small_program():
+    """Return the program, for `start` and `process`, that casts by closed forms; it says first that it is ready."""
+    return [FAULTS / "small_command.py"]
+
+
+@pytest.fixture
+def closed_form_row(monkeypatch):
+    """Return what simulates a row there."""
+    monkeypatch.syspath_prepend(FAULTS)
+    import closed_forms
+
+    monkeypatch.setattr(closed_forms, "SECONDS", 0)
+    yield closed_forms.row
+    del sys.modules["closed_forms"]
+
+
+@pytest.fixture
+def without_workers(monkeypatch, inline_executor):
+    """Make datasets in this process."""
+
+    def generate(*args, executor=None, n_workers=None, **options):
+        return dataset.generate_dataset(*args, executor=inline_executor, **options)
+
+    monkeypatch.setattr(wam_cast, "generate_dataset", generate, raising=False)
+
+
+@pytest.fixture
+def no_physics(monkeypatch, without_workers):
     """Make datasets in this process and without physics: a cast lands where a closed form says; 60 of them train a model."""
 
     def row(scenario, seed, number):
@@ -108,11 +137,7 @@ def no_physics(monkeypatch, inline_executor):
         }
         return values | parameters | landing | good | {"cast": number}
 
-    def generate(*args, executor=None, n_workers=None, **options):
-        return dataset.generate_dataset(*args, executor=inline_executor, **options)
-
     monkeypatch.setattr(dataset, "simulate_row", row)
-    monkeypatch.setattr(wam_cast, "generate_dataset", generate, raising=False)
     monkeypatch.setattr(model_choice, "TRAINING_CASTS", 60)
     monkeypatch.setattr(model_choice, "require_workable", lambda *_, **__: None)
 

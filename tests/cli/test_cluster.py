@@ -21,6 +21,9 @@ pytestmark = [
 
 ROOT = Path(wam_cast.__file__).parents[1]
 
+FAULTS = Path(__file__).parents[1] / "faults"
+"""Where the closed forms are that workers cast by."""
+
 START = "import sys; {first}; from distributed.cli.dask_{what} import main; main(sys.argv[1:])"
 
 WITHOUT_THE_PACKAGE = "sys.modules['wam_cast'] = None"
@@ -38,7 +41,7 @@ class Cluster:
         self.address = json.loads(file.read_text())["address"]
 
     def _start(self, what, *words, first="pass"):
-        path = os.pathsep.join([str(ROOT), str(self._folder)])
+        path = os.pathsep.join(map(str, [ROOT, FAULTS, self._folder]))
         command = [sys.executable, "-c", START.format(what=what, first=first), "--host", "127.0.0.1", *map(str, words)]
         quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
         self._started.append(
@@ -72,19 +75,23 @@ def test_a_cluster_without_workers_is_waited_for_aloud(cluster, start):
     assert out.startswith("3 casts in data")
 
 
-def test_a_worker_that_cannot_import_the_package_is_named(cluster, process):
+def test_a_worker_that_cannot_import_the_package_is_named(cluster, process, small_program):
     cluster.worker(first=WITHOUT_THE_PACKAGE)
-    result = process("generate", "--casts", "3", "--out", "data", "--scheduler", cluster.address)
-    assert (result.code, result.out) == (2, "")
+    words = ("generate", "--casts", "3", "--out", "data", "--scheduler", cluster.address)
+    result = process(*words, program=small_program)
+    assert (result.code, result.out) == (2, "ready\n")
     (line,) = result.err.splitlines()
     assert line.startswith(f"error: --scheduler {cluster.address}: the worker tcp://127.0.0.1:")
     assert "has no wam_cast that works (ModuleNotFoundError" in line
     assert "install the same there" in line
 
 
-def test_workers_that_leave_are_waited_for_and_a_scheduler_that_is_killed_keeps_finished_parts(cluster, start, folder):
+def test_workers_that_leave_are_waited_for_and_a_scheduler_that_is_killed_keeps_finished_parts(
+    cluster, start, folder, small_program
+):
     worker = cluster.worker()
-    running = start("generate", "--casts", "100", "--out", "data", "--scheduler", cluster.address)
+    words = ("generate", "--casts", "1000", "--out", "data", "--scheduler", cluster.address)
+    running = start(*words, program=small_program)
     while not (folder / "data" / "casts" / "part-00000.parquet").exists():
         assert running.poll() is None, running.communicate()
         time.sleep(0.1)
@@ -94,10 +101,10 @@ def test_workers_that_leave_are_waited_for_and_a_scheduler_that_is_killed_keeps_
         line + running.stderr.read()
     )
     cluster.scheduler.kill()
-    out, err = running.communicate(timeout=60)
-    assert (running.returncode, out) == (2, "")
+    out, err = running.communicate(timeout=120)
+    assert (running.returncode, out) == (2, "ready\n")
     kept, fault = err.splitlines()
-    assert "of 100 casts were simulated; finished parts are kept in data. Go on with: wam-cast generate" in kept
+    assert "of 1000 casts were simulated; finished parts are kept in data. Go on with: wam-cast generate" in kept
     assert (
         fault
         == f"error: the Dask scheduler at {cluster.address} is gone; start it and its workers again, and then this"

@@ -87,12 +87,17 @@ def test_a_scenario_without_a_model_is_shown_with_the_commands_that_make_one(cli
     assert cli("show", "--model", model, "--scenario", "lively.yaml").code == 2
 
 
+FEWER_FRAMES = "window.requestAnimationFrame = draw => setTimeout(() => draw(performance.now()), 400)"
+"""A page is drawn in software, again and again; so often is enough."""
+
+
 class Page:
     """The explorer's page in a browser, used as its reader does."""
 
     def __init__(self, browser, url):
         self.errors = []
-        self._page = browser.new_page(viewport={"width": 1280, "height": 800})
+        self._page = browser.new_page(viewport={"width": 640, "height": 480})
+        self._page.add_init_script(FEWER_FRAMES)
         self._page.on("pageerror", lambda error: self.errors.append(error))
         self._page.goto(url)
         self.wait_for("cup at")
@@ -180,7 +185,7 @@ def interrupt(process):
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
-def test_explorer_in_a_browser(browser, start):
+def test_explorer_in_browsers_that_come_and_go(browser, start):
     process = start("show", "--json")
     url = url_of(process)
     page, other = Page(browser, url), Page(browser, url)
@@ -215,28 +220,22 @@ def test_explorer_in_a_browser(browser, start):
     wait_until(lambda: page.ask("(o, visible) => visible", "explorer/path/drop"))
     wait_until(lambda: math.dist(page.ball(), executed) < 0.02)
 
+    # A slider amid the simulation, or the replay: what is cast gives way to it.
+    page.press("cast [C]")
+    time.sleep(0.5)
+    page.drag("distance [m]", 0.5, 0.9)
+    page.wait_for(", miss")
+    time.sleep(3)  # as long as the replay would last
+    assert page.ball() == pytest.approx([0.2, 0.0], abs=0.005)
+
+    # It outlives all its browsers.
+    page.close()
+    assert process.poll() is None
+    page = Page(browser, url)
     page.press("cast [C]")
     time.sleep(0.5)
     interrupt(process)
     page.close()
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
-def test_explorer_outlives_all_its_browsers(browser, start):
-    process = start("show", "--json")
-    url = url_of(process)
-    for _ in range(2):
-        page = Page(browser, url)
-        page.press("cast [C]")
-        time.sleep(0.5)
-        page.drag("distance [m]", 0.5, 0.9)  # amid the simulation, or the replay
-        page.wait_for(", miss")
-        time.sleep(3)  # as long as the replay would last: it gave way to the slider
-        assert page.ball() == pytest.approx([0.2, 0.0], abs=0.005)
-        page.close()
-        assert process.poll() is None
-    interrupt(process)
 
 
 def wait_until(condition, seconds=60):

@@ -1,10 +1,15 @@
 """`wam-cast reproduce` as its user meets it; what it computes is tested with the experiment itself."""
 
 import json
+import pickle
+import re
+from html.parser import HTMLParser
+from pathlib import Path
 
 import pytest
 
 import wam_cast as wc
+from wam_cast.cli import commands
 from wam_cast.experiments.paper import reproduce as experiment
 from wam_cast.experiments.paper import settings
 from wam_cast.experiments.paper.report_figures import CAPTIONS
@@ -64,14 +69,94 @@ def test_a_folder_with_something_else_is_left_alone(cli, folder):
     assert "holds thesis.tex" in result.err
 
 
+# --- one small run, of real casts: it goes on after an interruption, and its report is whole
+
+
+@pytest.fixture
+def small(monkeypatch, inline_executor):
+    """Make quick runs small, and do their work in this process; what signals and kills do to others is tested in tests/faults."""
+
+    class Pickling(type(inline_executor)):
+        def submit(self, fn, /, *args):
+            return super().submit(pickle.loads(pickle.dumps(fn)), *args)
+
+    def reproduce(*args, n_workers, **options):
+        return experiment.reproduce(*args, executor=Pickling(), n_workers=n_workers, **options)
+
+    monkeypatch.setattr(wc, "reproduce", reproduce, raising=False)
+    monkeypatch.setattr(commands, "require_workable", lambda *_: None)
+    monkeypatch.setattr(settings, "QUICK", {"n_casts": 34, "n_cups": 3, "n_repeats": 1})
+
+
+class Page(HTMLParser):
+    """Collects what a page refers to, and its tables."""
+
+    def __init__(self):
+        super().__init__()
+        self.sources, self.links, self.rows = [], [], []
+
+    def handle_starttag(self, tag, attrs):
+        attrs = dict(attrs)
+        if tag == "img":
+            self.sources.append(attrs["src"])
+        if tag == "link" or tag == "script":
+            self.links.append(attrs)
+        if tag == "tr":
+            self.rows.append([])
+
+    def handle_data(self, data):
+        if self.rows and data.strip():
+            self.rows[-1].append(data.strip())
+
+
+def check_figures(folder, markdown):
+    for name in CAPTIONS:
+        for suffix in ("pdf", "png"):
+            assert (folder / "figures" / f"{name}.{suffix}").stat().st_size > 2000
+        assert f"figures/{name}.png" in markdown
+
+
+def check_text(results, folder, markdown):
+    assert "nan" not in re.findall(r"[a-z]+", markdown.lower())
+    assert "{{" not in markdown
+    assert "{%" not in markdown
+    assert results["wall_s"] == pytest.approx(sum(results["wall_s_by_phase"].values()))
+    assert f"{100 * results['test_rmse_m']['isotropic']:.2f} cm" in markdown
+    assert results["fingerprint"] in markdown
+    assert f"`wam-cast reproduce --seed 0 --out {folder} --quick`" in markdown
+
+
+def check_tables(markdown):
+    tables = re.findall(r"(?:^\|.*\|[ \t]*\n)+", markdown, re.MULTILINE)
+    assert len(tables) > 8
+    for table in tables:
+        assert len({line.count("|") for line in table.splitlines()}) == 1, table
+
+
+def check_missed_cups_are_explained(results, markdown):
+    groups = [*results["executions"], *results["noise"]["executions"]]
+    missed = [trial for group in groups for trial in group["trials"] if trial["status"] != "caught"]
+    assert missed  # the noise sees to it
+    for trial in missed:
+        assert f"cup at {100 * trial['cup']:.1f} cm" in markdown
+
+
+def check_page_needs_nothing_but_itself(folder):
+    page = Page()
+    page.feed((folder / "report.html").read_text())
+    assert len(page.sources) == len(CAPTIONS)
+    assert all(source.startswith("data:image/png;base64,") for source in page.sources)
+    assert not page.links
+
+
 @pytest.mark.slow
+@pytest.mark.usefixtures("small")
 def test_a_run_is_interrupted_goes_on_and_shows_what_it_found(cli, folder, monkeypatch):
-    """With few casts, but real ones. What signals and kills do to its processes is tested in tests/faults."""
+    """One test, since its casts and figures take their time."""
 
     def interrupt(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(settings, "QUICK", {"n_casts": 102, "n_cups": 6, "n_repeats": 2})
     with monkeypatch.context() as once:
         once.setattr(experiment, "select_models", interrupt)
         interrupted = cli("reproduce", "--quick", "--out", "run", "--workers", "2")
@@ -82,14 +167,22 @@ def test_a_run_is_interrupted_goes_on_and_shows_what_it_found(cli, folder, monke
     result = cli("reproduce", "--quick", "--out", "run", "--workers", "2", "--json")
     assert result.code == 0
     assert "casts\n" not in result.err.replace("noisy casts\n", "")  # they were finished
-    printed, stored = json.loads(result.out), json.loads((folder / "run" / "results.json").read_text())
+    run = Path("run")
+    printed, stored = json.loads(result.out), json.loads((run / "results.json").read_text())
     assert printed["directory"] == "run"
     assert all(stored[key] == value for key, value in printed.items() if key != "directory")
-    assert (stored["n_train"], stored["n_validation"], stored["n_test"]) == (78, 18, 6)
+    assert (stored["n_train"], stored["n_validation"], stored["n_test"]) == (26, 6, 2)
     assert stored["fingerprint"] == wc.Scenario().fingerprint
     assert stored["test_rmse_m"]["isotropic"] < 0.2 * stored["test_rmse_m"]["constant"]
     assert stored["hit_rate"] > 0.7
-    assert (folder / "run" / "report.html").stat().st_size > 500_000
+
+    markdown = (run / "report.md").read_text()
+    check_figures(run, markdown)
+    check_text(stored, run, markdown)
+    check_tables(markdown)
+    check_missed_cups_are_explained(stored, markdown)
+    check_page_needs_nothing_but_itself(run)
+    assert (run / "report.html").stat().st_size > 500_000
 
     # The figures were drawn a moment ago.
     monkeypatch.setattr(experiment, "write_report", lambda *_: None)

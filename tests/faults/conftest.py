@@ -157,10 +157,11 @@ def start(tmp_path):
     """Return a function that starts a command in a folder, and returns when it has said that it is under way."""
     started = []
 
-    def popen(words, folder=tmp_path, **options):
+    def popen(words, folder=tmp_path, environment=None, **options):
         pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options
         command = [sys.executable, SMALL_COMMAND, *words.split()]
-        process = subprocess.Popen(command, cwd=folder, env=ENVIRONMENT, text=True, start_new_session=True, **pipes)
+        options = pipes | {"env": ENVIRONMENT | (environment or {}), "start_new_session": True}
+        process = subprocess.Popen(command, cwd=folder, text=True, **options)
         started.append(process)
         if process.stdout is not None:
             assert process.stdout.readline() == "ready\n", process.communicate()

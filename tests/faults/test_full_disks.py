@@ -18,7 +18,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.skipif(os.name != "posix", reason="l
 COMMANDS = {
     "generate": "generate --casts 120 --seed 5 --workers 1 --out made",
     "fit": "fit casts --out made.model",
-    "learn": "learn --robot casts/scenario.yaml --cup 0.75 --casts 20 --out made",
+    "learn": "learn --robot casts/scenario.yaml --cup 0.75 --casts 8 --out made",
 }
 CAP_DAC_OVERRIDE, PR_CAPBSET_DROP = 1, 24
 
@@ -30,7 +30,9 @@ def without_privilege():
 
 
 def no_larger_files_than(n_bytes):
-    return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (n_bytes, n_bytes))
+    """Return options of a process that cannot write any; of a compiled module Python would leave the first bytes."""
+    limit = resource.RLIMIT_FSIZE, (n_bytes, n_bytes)
+    return {"environment": {"PYTHONDONTWRITEBYTECODE": "1"}, "preexec_fn": lambda: resource.setrlimit(*limit)}
 
 
 def refused(ended, folder):
@@ -64,7 +66,7 @@ def test_where_files_may_not_grow(name, start, end, contents, fault, new_folder,
     for _ in range(max(1, n_faults // 10)):
         with fault(f"{name}: files may not grow"):
             limit, folder = rng.randrange(100, 4000), new_folder()
-            refused(end(start(COMMANDS[name], folder, preexec_fn=no_larger_files_than(limit))), folder)
+            refused(end(start(COMMANDS[name], folder, **no_larger_files_than(limit))), folder)
             contents(folder)
             assert end(start(COMMANDS[name], folder)).code == 0
             contents(folder)

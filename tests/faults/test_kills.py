@@ -15,7 +15,7 @@ COMMANDS = {
     "generate": "generate --casts 320 --seed 3 --workers 2 --out made",
     "reproduce": "reproduce --quick --workers 1 --out made",
     "map": "map --radii 2 --bearings 20 --planner gradient --workers 1 --out made.png --json",
-    "learn": "learn --robot casts/scenario.yaml --cup 0.75 --cup 0.5,0.3 --casts 20 --out made --json",
+    "learn": "learn --robot casts/scenario.yaml --cup 0.75 --cup 0.5,0.3 --casts 10 --out made --json",
     "fit": "fit casts --out made.model",
 }
 CODES = {"parent killed": -signal.SIGKILL, "worker killed": 0, "interrupted": 130, "terminated": -signal.SIGTERM}

@@ -11,15 +11,18 @@ import math
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import OptimizeResult, minimize
 
 from wam_cast.learning.kernel.kernel_parameters import checked_regularization, checked_sigma
 from wam_cast.learning.losses import Loss
 from wam_cast.parallel.threads import one_thread
 from wam_cast.types import Array
+
+if TYPE_CHECKING:
+    from scipy.optimize import OptimizeResult
 
 MAX_LOG_MOVE = 1.0
 """Largest change of log σ or log λ in one step of the descent: a factor e."""
@@ -152,6 +155,8 @@ def tune_by_lbfgs(
     ValueError
         If a parameter is not allowed.
     """
+    from scipy.optimize import minimize  # a model that is only read does without
+
     checked_sigma(sigma0, loss.n_features, name="sigma0")
     checked_regularization(regularization0)
     _check_within("sigma0", sigma0, SIGMA_BOUNDS)

@@ -9,7 +9,7 @@ Processes, 2001). Both differentiate by the adjoint method: one factorization se
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import NamedTuple
+from typing import NamedTuple, TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -217,10 +217,19 @@ def _kernel_slope(weights: Array, Z: Array, Z_fit: Array) -> Array:
 
 def _checked(X: ArrayLike, y: ArrayLike) -> tuple[Array, Array]:
     """Return inputs and targets as arrays of floats, or raise a ValueError that says what is wrong with them."""
-    from sklearn.utils.validation import check_X_y  # takes a second, which planning a cast does not need
+    if _are_rows(X) and _are_rows(y, may_be_numbers=True) and len(X) == len(y):
+        return X, y
+    from sklearn.utils.validation import check_X_y  # takes a second, which a fit to a dataset does not need
 
     X_valid, y_valid = check_X_y(X, y, dtype=np.float64, multi_output=True, y_numeric=True)
     return X_valid, np.asarray(y_valid, dtype=np.float64)
+
+
+def _are_rows(values: ArrayLike, *, may_be_numbers: bool = False) -> TypeGuard[Array]:
+    """Return whether `values` is an array of rows, or of numbers where it may be, all of them finite floats."""
+    if type(values) is not np.ndarray or values.dtype != np.float64 or values.size == 0:
+        return False
+    return (values.ndim == 2 or (may_be_numbers and values.ndim == 1)) and bool(np.all(np.isfinite(values)))
 
 
 def _mean_squared(rows: Array) -> float:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.optimize import brentq
 
 from wam_cast.teaching.answer import Answer, agree, require
 
@@ -88,6 +87,8 @@ TASKS = (restitution, bouncing_time, contact_force, rebound_speed, dissipation_f
 
 def _rebound(speed: float, dissipation: float) -> float:
     """Return the speed after an impact, from the law's first integral: d (u + v) = log((1 + d u) / (1 - d v))."""
+    from scipy.optimize import brentq  # the process of a notebook of another exercise does without
+
     u = dissipation * speed
 
     def mismatch(v: float) -> float:

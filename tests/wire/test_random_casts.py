@@ -1,4 +1,4 @@
-"""Twenty random casts with cups, hits and clear misses: in one process, in lock step, and over a bad link in real time."""
+"""Random casts with cups, hits and clear misses: in one process, in lock step, and over a bad link in real time."""
 
 import numpy as np
 import pytest
@@ -11,19 +11,19 @@ from wam_cast.wire.stage import outcome_record
 
 pytestmark = pytest.mark.slow
 
-ASIDE = [(0.08, 0.0), (-0.08, 0.0), (0.0, 0.08), (0.0, -0.08)]
+ASIDE = [(0.08, 0.0), (0.0, -0.08)]
 
 
 @pytest.fixture(scope="module")
 def in_one_process():
     """Return casts, cups and outcomes. Every fourth cup is clear of the landing: near the rim a millimetre may decide."""
     found = []
-    for row in range(20):
+    for row in range(8):
         cast = sample_cast(Scenario(), 5, row)
         landing = simulate_cast(Scenario(), cast).landing
-        cup = tuple((landing + (ASIDE[row // 4 % 4] if row % 4 == 3 else (0, 0))).tolist())
+        cup = tuple((landing + (ASIDE[row // 4] if row % 4 == 3 else (0, 0))).tolist())
         found.append((cast, cup, simulate_cast(Scenario(), cast, cup)))
-    assert sum(one.is_caught for _, _, one in found) == 15
+    assert sum(one.is_caught for _, _, one in found) == 6
     return found
 
 

@@ -6,9 +6,10 @@ import logging
 import threading
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor
-from contextlib import contextmanager
+from concurrent.futures import BrokenExecutor, Executor, Future, InvalidStateError
+from contextlib import contextmanager, suppress
 from typing import Any
+from weakref import WeakSet
 
 from wam_cast.errors import InputError, MachineError
 
@@ -45,11 +46,12 @@ def dask_executor(address: str, tell: Callable[[str], None]) -> Iterator[Executo
     except (OSError, ValueError) as error:  # a timeout is an OSError
         raise InputError(f"--scheduler {address}: no Dask scheduler answers there ({error})") from None
     done = threading.Event()
+    executor = _ClusterExecutor(client.get_executor())
     with client:
-        threading.Thread(target=_watch, args=(client, address, tell, done), daemon=True).start()
+        threading.Thread(target=_watch, args=(client, address, tell, done, executor.lose), daemon=True).start()
         try:
             _check_workers(client, address)
-            yield client.get_executor()
+            yield executor
         except (MachineError, OSError) as error:
             if client.status == "running" and not isinstance(error, CommClosedError):
                 raise
@@ -60,13 +62,38 @@ def dask_executor(address: str, tell: Callable[[str], None]) -> Iterator[Executo
             done.set()
 
 
-def _watch(client: Any, address: str, tell: Callable[[str], None], done: threading.Event) -> None:
-    """Tell when there has been no worker for some seconds, each time anew."""
+class _ClusterExecutor(Executor):
+    """Hands calls to Dask's executor, and knows what it is waiting for: of a scheduler that is gone Dask may wait for ever.
+
+    So it does for a result that a worker had computed and took along when it ended, shortly before the scheduler did.
+    """
+
+    def __init__(self, executor: Executor) -> None:
+        self._executor, self._futures = executor, WeakSet[Future[Any]]()
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Hand over a call."""
+        future = self._executor.submit(fn, *args, **kwargs)
+        self._futures.add(future)
+        return future
+
+    def lose(self) -> None:
+        """Let all who wait know that nothing comes any more."""
+        for future in tuple(self._futures):
+            with suppress(InvalidStateError):  # it has come
+                future.set_exception(BrokenExecutor("the scheduler is gone"))
+
+
+def _watch(
+    client: Any, address: str, tell: Callable[[str], None], done: threading.Event, lose: Callable[[], None]
+) -> None:
+    """Tell when there has been no worker for some seconds, each time anew, and call `lose` when the scheduler is gone."""
     missing, were_there = 0.0, False
     while not done.wait(POLL):
         try:
             n_workers = len(client.nthreads())
-        except Exception:  # the scheduler is gone, as whoever waits for results is told
+        except Exception:
+            lose()
             return
         missing, were_there = (0.0, True) if n_workers else (missing + POLL, were_there)
         if missing == PATIENCE:

@@ -38,6 +38,9 @@ EVERYTHING = {group: dict(values) for group, values in GROUPS.items()}
 SHORT_TURN = {"turn_duration": 1.0}
 """Of a turn every period is the same to the loop."""
 
+QUICK = SHORT_TURN | {"hold_duration": 0.4, "pull_duration": 0.4, "slide_duration": 0.4, "retreat_duration": 1.0}
+"""And of a way home."""
+
 
 def some_of(values):
     return st.fixed_dictionaries({}, optional={name: st.just(value) for name, value in values.items()})
@@ -127,8 +130,8 @@ def test_it_equals_the_diagram_where_the_robot_is_not_what_is_believed():
 
 @pytest.mark.slow
 def test_it_equals_the_diagram_from_cup_to_cup():
-    setting = Scenario.from_dict({"controller": {"delay": 1, "kp": 3000.0, "kd": 120.0}, "noise": {"torque": 0.002}})
-    sampled, diagram = both(setting)
+    controller = {"delay": 1, "kp": 3000.0, "kd": 120.0}
+    sampled, diagram = both(Scenario.from_dict({"controller": controller, "noise": {"torque": 0.002}, "motion": QUICK}))
     casts = [TYPICAL, Cast(0.20, 0.30, 0.45, bearing=0.05)]
     throws = [Throw(cast, tuple(diagram.simulate(cast).landing)) for cast in casts]
     expected = diagram.record_sequence(throws)

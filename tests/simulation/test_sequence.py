@@ -76,13 +76,17 @@ def test_ball_hangs_clear_of_every_cup_when_the_cup_is_moved(recordings):
 
 
 @pytest.mark.slow
-def test_function_takes_casts_and_cups_and_tells_the_outcomes_of_the_recordings(throws, recordings):
+def test_function_tells_the_outcomes_of_the_recordings_and_who_hears_them_may_simulate_something_else(throws, recordings):
     heard = []
-    outcomes = simulate_casts(Scenario(), CASTS, [throw.cup for throw in throws], on_outcome=heard.append)
+
+    def hear(outcome):
+        heard.append(outcome)
+        simulate_cast(Scenario(), throws[2].cast, throws[2].cup)  # in the same simulator
+
+    outcomes = simulate_casts(Scenario(), CASTS[:2], [throw.cup for throw in throws[:2]], on_outcome=hear)
     assert heard == outcomes
-    for outcome, recording in zip(outcomes[:-1], recordings[:-1], strict=True):
-        assert_identical(outcome, recording.outcome)
-    assert_identical(dataclasses.replace(outcomes[-1], return_faults=()), recordings[-1].outcome)
+    assert_identical(outcomes[0], recordings[0].outcome)
+    assert_identical(dataclasses.replace(outcomes[1], return_faults=()), recordings[1].outcome)
 
 
 def test_no_casts_have_no_outcomes():
@@ -102,15 +106,6 @@ def test_missed_ball_is_put_to_rest_before_the_next_cast(simulator, throws):
     outcomes = simulator.simulate_sequence([aside, throws[2]])
     assert outcomes[0].status is Status.SIDE
     assert_identical(outcomes[1], simulator.simulate(throws[2].cast, throws[2].cup))
-
-
-@pytest.mark.slow
-def test_who_is_told_of_an_outcome_may_simulate_something_else(simulator, throws, recordings):
-    found = simulator.simulate_sequence(
-        throws[:2], on_outcome=lambda _: simulator.simulate(throws[2].cast, throws[2].cup)
-    )
-    for outcome, recording in zip(found, recordings[:2], strict=True):
-        assert_identical(outcome, recording.outcome)
 
 
 def test_function_that_is_told_may_simulate_something_else(first):
@@ -206,12 +201,12 @@ def test_controller_that_is_not_told_where_it_starts_cannot_go_on(limp):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("restitution", [0.25, 0.6])
-def test_order_of_cups_over_the_whole_reach_changes_no_landing_much(restitution):
+def test_order_of_cups_over_the_whole_reach_changes_no_landing_much():
     from wam_cast.learning.reference import reference_model
     from wam_cast.planning.plan import plan_cast
 
-    simulator = CastSimulator(Scenario.from_dict({"cup": {"restitution": restitution}}))
+    # Lively cups, which leave a ball swinging more.
+    simulator = CastSimulator(Scenario.from_dict({"cup": {"restitution": 0.6}}))
     places = [(0.985, 0.0), (0.27, 0.4), (0.83, -0.5), (0.4, 2.5), (0.95, 2.0)]
     plans = [plan_cast(reference_model(), (r * np.cos(b), r * np.sin(b))) for r, b in places]
     outcomes = simulator.simulate_sequence([Throw(plan.cast, plan.cup) for plan in plans])

@@ -93,6 +93,24 @@ def fly(numbers: CastNumbers, deviates: Any, n_steps: Any, settings: Settings) -
     return _finish_drop(numbers, deviates, n_steps, settings, flight)
 
 
+def fly_to(
+    numbers: CastNumbers, deviates: Any, n_steps: Any, settings: Settings, samples: Any
+) -> tuple[Any, Any, Any, Any]:
+    """Return q, v, the delay line, and the torque that acted up to there, of the casts at a sample of each, `samples` (n,)."""
+    start = _start(numbers, deviates, settings)
+
+    def period(state: Any) -> Any:
+        sample, q, v, line, torque = state
+        here = jnp.full_like(samples, sample)
+        given_torque, later, *_ = _torque(numbers, deviates, settings, q, v, line, here, here * numbers.law.period)
+        ahead = (*_integrate(numbers, q, v, given_torque, n_steps), later, given_torque)
+        return sample + 1, *_chosen(sample < samples, ahead, (q, v, line, torque))
+
+    begun = (0, start.q, start.v, start.line, jnp.zeros_like(start.q[:N_ARM]))
+    _, q, v, line, torque = jax.lax.while_loop(lambda state: jnp.any(state[0] < samples), period, begun)
+    return q, v, line, torque
+
+
 def _start(numbers: CastNumbers, deviates: Any, settings: Settings) -> Flight:
     like = numbers.motion.distance
     n = like.shape[-1]

@@ -20,6 +20,7 @@ from wam_cast.arm.posture import starting_posture
 from wam_cast.cast import Cast
 from wam_cast.casting_plane import to_casting_plane
 from wam_cast.errors import InputError
+from wam_cast.motion.in_flight import InFlight
 from wam_cast.motion.noise_draws import executed_cast, swing_at_start
 from wam_cast.motion.stages import CastMotion, cast_motion
 from wam_cast.robot.controller import CastController
@@ -258,6 +259,19 @@ class CastStation:
         self._hold_first_torque(context)
         for log in self._logs.values():
             log.FindMutableLog(context).Clear()
+
+    def state_in_flight(self, motion: CastMotion, since: InFlight, *, noise_seed: int = 0) -> StationState:
+        """Return the state of this station in the midst of a `motion` from home, whatever engine has simulated it up to there."""
+        context = self.diagram.CreateDefaultContext()
+        self.begin(context, motion, noise_seed=noise_seed)
+        context.SetTime(since.time)
+        plant_context = self.plant.GetMyMutableContextFromRoot(context)
+        self.plant.SetPositions(plant_context, since.q)
+        self.plant.SetVelocities(plant_context, since.v)
+        self.hold.GetMyMutableContextFromRoot(context).SetDiscreteState(since.torque)
+        if self.delay is not None:
+            self.delay.GetMyMutableContextFromRoot(context).SetDiscreteState(since.waiting.ravel())
+        return self.state(context)
 
     def _hold_first_torque(self, context: Context) -> None:
         """Hold in the diagram's `context` the torque that the controller wants there, as if it had wanted it ever since."""

@@ -27,10 +27,11 @@ TRAVEL_MARGIN = 2e-4
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """Where the cast before left the robot: its state, and its bearing [rad]."""
+    """Where a cast begins: state and bearing [rad] as the cast before left them; or, in its midst, at a time [s]."""
 
     state: StationState
-    bearing: float
+    bearing: float = 0.0
+    time: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +105,8 @@ class ContactFreePhase:
         motion = self._begin(cast, cup, noise_seed, start)
         cup = None if cup is None else self._scenario.place_of_cup(cup)
         period, end = self._scenario.controller.period, motion.stage_ends[Stage.HOLD]
-        n, n_poll, above_until = 0, POLL_PERIODS, 0.0
+        above_until = 0.0 if start is None else start.time
+        n, n_poll = round(above_until / period), POLL_PERIODS
         hand_over: StationState | None = None
         down: StationState | None = None
         has_diverged = False
@@ -142,9 +144,9 @@ class ContactFreePhase:
         )
 
     def _begin(self, cast: Cast, cup: Position | None, noise_seed: int, start: Start | None) -> CastMotion:
-        start_bearing = 0.0 if start is None else start.bearing
-        motion = self.station.executed_motion(cast, cup, noise_seed=noise_seed, start_bearing=start_bearing)
-        self._loop.begin(motion, noise_seed=noise_seed, state=None if start is None else start.state)
+        bearing, state, time = (0.0, None, 0.0) if start is None else (start.bearing, start.state, start.time)
+        motion = self.station.executed_motion(cast, cup, noise_seed=noise_seed, start_bearing=bearing)
+        self._loop.begin(motion, noise_seed=noise_seed, state=state, time=time)
         return motion
 
     def _is_down(self, p_WL: Array) -> bool:

@@ -17,6 +17,7 @@ from pydrake.systems.framework import LeafSystem
 from wam_cast.arm.arm_model import arm_model
 from wam_cast.cast import Cast, checked_cup
 from wam_cast.errors import InputError, checked_integer
+from wam_cast.motion.in_flight import InFlight
 from wam_cast.motion.stages import Stage
 from wam_cast.robot.controller import CastController
 from wam_cast.robot.kinematics import Kinematics
@@ -97,6 +98,18 @@ class CastSimulator:
         return self._simulate(cast, cup, noise_seed).outcome
 
     @checks_types
+    def simulate_on(self, cast: Cast, cup: Position, since: InFlight, *, noise_seed: int = 0) -> Outcome:
+        """Simulate the rest of a `cast` into a cup, from where another engine has brought it.
+
+        Of the arm the outcome tells no more than this rest, and not what it meets later in the drop; of the ball, all.
+        """
+        station = self._contact_free.station
+        motion = station.executed_motion(cast, cup, noise_seed=noise_seed)
+        start = Start(station.state_in_flight(motion, since, noise_seed=noise_seed), time=since.time)
+        free, contact = self._to_rest(cast, cup, noise_seed, start)
+        return self._judge.outcome(free, contact=contact)
+
+    @checks_types
     def record(
         self, cast: Cast, cup: Position | None = None, *, noise_seed: int = 0, returns: bool = True
     ) -> CastRecording:
@@ -170,10 +183,15 @@ class CastSimulator:
             yield simulated
 
     def _simulate(self, cast: Cast, cup: Position | None, noise_seed: int, start: Start | None = None) -> Simulated:
+        free, contact = self._to_rest(cast, cup, noise_seed, start)
+        return Simulated(cast, free, contact, self._judge.outcome(free, self._finish_drop(free), contact))
+
+    def _to_rest(
+        self, cast: Cast, cup: Position | None, noise_seed: int, start: Start | None
+    ) -> tuple[ContactFree, Contact | None]:
         cup = None if cup is None else checked_cup(cup)
         free = self._contact_free.run(cast, cup, checked_integer("noise_seed", noise_seed, 0), start)
-        contact = self._contact.settle(free) if free.comes_near and not free.has_diverged else None
-        return Simulated(cast, free, contact, self._judge.outcome(free, self._finish_drop(free), contact))
+        return free, self._contact.settle(free) if free.comes_near and not free.has_diverged else None
 
     def _finish_drop(self, free: ContactFree) -> Log | None:
         """Return the log of the arm alone from where the ball came down to the end of the drop, if there is such a time."""

@@ -18,12 +18,13 @@ from wam_cast.casting_plane import from_casting_plane, from_polar, to_casting_pl
 from wam_cast.experiments.frames import Record, Result, Rows
 from wam_cast.experiments.transfer.transfer_settings import BEST, CUPS, MAIN_KS, TransferSettings
 from wam_cast.experiments.trials import Polar, draw_cups
+from wam_cast.motion.in_flight import InFlight
 from wam_cast.parallel.seeds import Purpose, derived_seed
 from wam_cast.planning.plan import Plan, plan_cast
 from wam_cast.planning.prediction import ACROSS, ALONG
 from wam_cast.planning.reach import Reach
 from wam_cast.scenario import Scenario
-from wam_cast.simulation.simulator import simulate_cast
+from wam_cast.simulation.simulator import CastSimulator, simulate_cast
 from wam_cast.types import Array
 
 STREAK = 10
@@ -75,9 +76,10 @@ class UnknownRobot:
         """Let it practise, plan, and cast."""
         planned = list(self._planned(self._practise()))
         landings = self._landings([plan.cast for _, _, _, plan, _ in planned])
+        tries = self._tries([of_plan[:4] for of_plan in planned])
         rows = [
-            self._row(*of_plan, landing) | self._tried(*of_plan[:4])
-            for of_plan, landing in zip(planned, landings, strict=True)
+            self._row(*of_plan, landing) | tried
+            for of_plan, landing, tried in zip(planned, landings, tries, strict=True)
         ]
         first, end, n_casts = self._campaign()
         return RobotStudy(plans=pd.DataFrame(rows), first_catch=first, streak_end=end, n_casts=n_casts)
@@ -138,19 +140,35 @@ class UnknownRobot:
             "bias": float(np.linalg.norm(landing - plan.cup)),
         }
 
-    def _tried(self, method: str, k: int, cup: int, plan: Plan) -> Record:
-        """Return what becomes of a cast with noise in each cup; all of a cup have the same noise."""
-        seed = derived_seed(self.settings.seed, Purpose.NOISE, 1_000_003 + 1000 * self.number + cup)
-        found: Record = {"miss": math.nan} | {f"status: {name}": None for name in CUPS}
-        first = next(iter(CUPS))
-        for name, values in CUPS.items():
-            if name == first or (method == BEST and k in MAIN_KS and k > 0):
-                truth = _with_cup(self.truth, values)
-                outcome = simulate_cast(truth, plan.cast, plan.cup, belief=self.settings.scenario, noise_seed=seed)
+    def _tries(self, planned: Sequence[tuple[AdaptationMethod, int, int, Plan]]) -> Iterator[Record]:
+        """Yield what becomes of casts with noise in each cup; all of a cup have the same noise.
+
+        The batched engine brings them near the cup, if there is to be one; from there on it is Drake that simulates them.
+        """
+        belief, casts = self.settings.scenario, [plan.cast for *_, plan in planned]
+        seeds = [
+            derived_seed(self.settings.seed, Purpose.NOISE, 1_000_003 + 1000 * self.number + cup)
+            for _, _, cup, _ in planned
+        ]
+        on_the_way: list[InFlight | None] = [None] * len(casts)
+        if self.settings.engine == "batch":
+            from wam_cast.batch.mid_flight import states_before_landing
+
+            on_the_way = states_before_landing(self.truth, casts, seeds, belief=belief)
+        simulators = {name: CastSimulator(_with_cup(self.truth, values), belief) for name, values in CUPS.items()}
+        for (method, k, _, plan), seed, since in zip(planned, seeds, on_the_way, strict=True):
+            found: Record = {"miss": math.nan} | {f"status: {name}": None for name in CUPS}
+            for number, (name, simulator) in enumerate(simulators.items()):
+                if number and not (method == BEST and k in MAIN_KS and k > 0):
+                    continue
+                if since is None:
+                    outcome = simulator.simulate(plan.cast, plan.cup, noise_seed=seed)
+                else:
+                    outcome = simulator.simulate_on(plan.cast, plan.cup, since, noise_seed=seed)
                 found[f"status: {name}"] = str(outcome.status)
-                if name == first:
+                if not number:
                     found["miss"] = outcome.miss
-        return found
+            yield found
 
     def _campaign(self) -> tuple[int | None, int | None, int]:
         """Cast at one cup and learn from each cast, until ten catches in a row."""

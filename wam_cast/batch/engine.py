@@ -144,7 +144,7 @@ def simulate_batch(
     """Simulate the contact-free phase of many casts at once: `simulate_cast` without a cup, by a second engine.
 
     It has the same physics and the same law, and integrates in equal steps: landings are those of Drake to about 1e-4 mm, in single
-    precision to 1e-3 mm. What has a scenario's shape (string links, delays) is compiled anew, which takes half a minute.
+    precision to 1e-3 mm. What has a scenario's shape (string links, delays) is compiled anew, which takes some ten seconds.
     The loop of the controller is not checked: where `simulate_cast` refuses gains, casts here meet limits or diverge.
 
     Parameters

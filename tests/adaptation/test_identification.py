@@ -5,16 +5,19 @@ import pytest
 
 pytest.importorskip("jax", reason="the extra `batch` is not installed")
 
+from wam_cast.adaptation import physical_prior
 from wam_cast.adaptation.identification import IdentifiedModel
 from wam_cast.adaptation.physical_prior import PhysicalPrior
 from wam_cast.adaptation.priors.filling import filling_casts
-from wam_cast.adaptation.robot_distribution import RobotDistribution
+from wam_cast.adaptation.robot_distribution import RobotDistribution, number
 from wam_cast.batch.derivatives import batch_derivatives
 from wam_cast.batch.engine import simulate_batch
 from wam_cast.cast import Cast, cast_bounds, is_allowed
 from wam_cast.casting_plane import from_casting_plane
 from wam_cast.errors import InputError
-from wam_cast.learning.reference import reference_model
+from wam_cast.learning.dataset import CastDataset
+from wam_cast.learning.forward_model import ForwardModel
+from wam_cast.learning.reference import reference_dataset, reference_model
 from wam_cast.planning.prediction import ALONG, Predictor
 from wam_cast.scenario import Scenario
 
@@ -26,6 +29,17 @@ MILD = np.array([[0.30, 0.60, 0.10], [0.25, 0.50, 0.20], [0.35, 0.70, 0.15]])
 """Casts in which the string does not buckle."""
 
 
+N_SIMULATED = 600
+"""Casts of the identified robot: a third of the usual ones."""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _fewer_casts():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(physical_prior, "N_SIMULATED", N_SIMULATED)
+        yield
+
+
 @pytest.fixture(scope="module")
 def physics():
     return PhysicalPrior(ROBOTS, n_casts=96)
@@ -34,12 +48,6 @@ def physics():
 @pytest.fixture(scope="module")
 def model(physics):
     return IdentifiedModel(reference_model(), physics)
-
-
-@pytest.fixture(scope="module")
-def few():
-    """Return a prior of a few casts, for what does not depend on them."""
-    return PhysicalPrior(ROBOTS, n_casts=16)
 
 
 def random_casts(n, seed):
@@ -54,6 +62,13 @@ def landings(scenario, casts):
     return frame[["landing_along", "landing_across"]].to_numpy(dtype=float)
 
 
+def small_model():
+    """Return the forward model of the believed robot after as many casts."""
+    data, kernel = reference_dataset(), reference_model().info
+    few = CastDataset(data.scenario, data.seed, data.frame[:N_SIMULATED])
+    return ForwardModel.from_hyperparameters(few, kernel.sigma, kernel.regularization)
+
+
 def made(casts, bearing=0.0):
     return [Cast(*row, bearing=bearing) for row in casts]
 
@@ -66,27 +81,31 @@ def test_it_is_a_predictor_and_begins_with_the_mean_of_the_robots(model, physics
     np.testing.assert_allclose(predicted[:, :2], middle, rtol=0, atol=5e-4)
 
 
-def test_derivatives_are_those_of_the_batched_engine(few):
-    n, casts = few.parameters.n, made(MILD)
-    _, slopes = few.landings(np.zeros(n), casts)
-    center = few.parameters.scenario(np.zeros(n))
-    for i, one in enumerate(few.parameters.parameters):
-        value = np.reshape(getattr(getattr(center, one.name.split(".")[0]), one.name.split(".")[1]), -1)
-        name = one.name if len(value) == 1 or len(one.indices) > 1 else f"{one.name}[{one.indices[0] + 1}]"
-        by_number = batch_derivatives(center, [cast.to_array() for cast in casts], [name], belief=BELIEVED)[name]
+def test_derivatives_are_those_of_the_batched_engine(physics):
+    n, casts = physics.parameters.n, made(MILD)
+    _, slopes = physics.landings(np.zeros(n), casts)
+    center = physics.parameters.scenario(np.zeros(n))
+    values = [number(center, one.name).reshape(-1) for one in physics.parameters.parameters]
+    names = [
+        one.name if len(value) == 1 or len(one.indices) > 1 else f"{one.name}[{one.indices[0] + 1}]"
+        for one, value in zip(physics.parameters.parameters, values, strict=True)
+    ]
+    by_name = batch_derivatives(center, MILD, names, belief=BELIEVED)
+    for i, (one, value, name) in enumerate(zip(physics.parameters.parameters, values, names, strict=True)):
+        by_number = by_name[name]
         size = one.std * (value[one.indices[0]] if one.kind in ("share", "factor") else 1.0)
         exact = size * by_number[["landing_along", "landing_across"]].to_numpy()
         np.testing.assert_allclose(slopes[..., i], exact, rtol=0, atol=0.01 * np.abs(exact).max() + 1e-7)
 
 
-def test_a_turned_tilt_is_a_turned_cast(few):
-    z = np.zeros(few.parameters.n)
+def test_a_turned_tilt_is_a_turned_cast(physics):
+    z = np.zeros(physics.parameters.n)
     z[-2:] = 1.5, -1.0
     bearing = 0.6
-    scenarios = [few.parameters.scenario(of) for of in (z, 0 * z)]
+    scenarios = [physics.parameters.scenario(of) for of in (z, 0 * z)]
     frames = [simulate_batch(one, made(MILD, bearing), belief=BELIEVED) for one in scenarios]
     tilted, upright = (frame[["landing_along", "landing_across"]].to_numpy(dtype=float) for frame in frames)
-    found = few.landings(z, made(MILD, bearing))[0] - few.landings(0 * z, made(MILD, bearing))[0]
+    found = physics.landings(z, made(MILD, bearing))[0] - physics.landings(0 * z, made(MILD, bearing))[0]
     assert np.abs(found).max() > 2e-3
     np.testing.assert_allclose(found, tilted - upright, rtol=0, atol=2e-4)
 
@@ -101,7 +120,7 @@ def test_five_casts_identify_a_longer_string_and_a_heavier_ball(model, physics, 
     identified = landings(physics.parameters.scenario(learned.parameters), fresh)
     assert np.quantile(np.abs(identified - truth), 0.95) < 1e-3
     # A prediction has the error besides that a forward model of so many casts has of its own robot.
-    own = np.abs(reference_model().predict(fresh)[:, :2] - landings(BELIEVED, fresh))[:, ALONG]
+    own = np.abs(small_model().predict(fresh)[:, :2] - landings(BELIEVED, fresh))[:, ALONG]
     before, after = (np.abs(one.predict(fresh)[:, :2] - truth)[:, ALONG] for one in (model.toward(bearing), learned))
     assert np.median(before) > 5e-3
     assert np.median(after) < np.median(own) + 3e-4

@@ -22,6 +22,17 @@ def targets(model):
     return np.array([wc.plan_cast(model, cup).cast.to_array()[:3] for cup in CUPS])
 
 
+@pytest.fixture(scope="module")
+def five(model):
+    return choose_practice(model, 5, CUPS)
+
+
+@pytest.fixture(scope="module")
+def floor(model):
+    """Return casts for cups all over the floor; the first of them are those that fewer would be."""
+    return choose_practice(model, 30)
+
+
 def variance(model, targets):
     """Return the summed variance of where the targets land along the plane."""
     return (model.predict_std(targets)[:, ALONG] ** 2).sum()
@@ -45,24 +56,22 @@ def test_the_chosen_one_lowers_the_variance_more_than_others_do(model, targets):
 
 
 @pytest.mark.slow
-def test_more_of_them_begin_with_the_same_and_lower_it_further(model, targets):
-    five = choose_practice(model, 5, CUPS)
+def test_more_of_them_begin_with_the_same_and_lower_it_further(model, targets, five):
     assert choose_practice(model, 2, CUPS) == five[:2]
     left = [variance(seen(model, five[:k]), targets) for k in range(6)]
     assert (np.diff(left) < 0).all()
 
 
 @pytest.mark.slow
-def test_none_is_chosen_twice_since_what_the_components_leave_would_be_the_same(model):
-    casts = [cast.to_array()[:3] for cast in choose_practice(model, 30)]
+def test_none_is_chosen_twice_since_what_the_components_leave_would_be_the_same(floor):
+    casts = [cast.to_array()[:3] for cast in floor]
     assert len(np.unique(casts, axis=0)) == 30
 
 
 @pytest.mark.slow
-def test_for_the_whole_floor_it_practises_in_several_directions(model):
-    bearings = {cast.bearing for cast in choose_practice(model, 8)}
-    assert len(bearings) > 1
-    assert {cast.bearing for cast in choose_practice(model, 3, CUPS)} == {0.0}
+def test_for_the_whole_floor_it_practises_in_several_directions(floor, five):
+    assert len({cast.bearing for cast in floor[:8]}) > 1
+    assert {cast.bearing for cast in five} == {0.0}
 
 
 def test_what_cannot_be_is_refused(model):

@@ -78,9 +78,9 @@ def test_casts_are_taken_as_they_are_too():
 
 
 def test_a_device_that_is_no_processor_takes_what_there_is_at_once(monkeypatch):
-    assert [engine.chunk_size(n) for n in (1, 8, 9, 500)] == [8, 8, 64, 64]
+    assert [engine.chunk_size(n) for n in (1, 16, 17, 500)] == [16] * 4
     monkeypatch.setattr("jax.default_backend", lambda: "gpu")
-    assert [engine.chunk_size(n) for n in (8, 500, 8192, 100_000)] == [8, 512, 8192, 8192]
+    assert [engine.chunk_size(n) for n in (8, 500, 8192, 100_000)] == [16, 512, 8192, 8192]
 
 
 def test_no_casts_have_no_rows_but_all_columns():

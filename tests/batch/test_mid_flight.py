@@ -41,7 +41,10 @@ def test_drake_goes_on_as_if_it_had_begun(monkeypatch):
     for cast, seed, state, beside in zip(CASTS, SEEDS, states, (0.0, 0.03, 0.08), strict=False):
         free = simulator.simulate(cast, noise_seed=seed)
         cup = (free.landing[0], free.landing[1] + beside)
-        whole, rest = simulator.simulate(cast, cup, noise_seed=seed), simulator.simulate_on(cast, cup, state, noise_seed=seed)
+        whole, rest = (
+            simulator.simulate(cast, cup, noise_seed=seed),
+            simulator.simulate_on(cast, cup, state, noise_seed=seed),
+        )
         assert rest.landing == pytest.approx(whole.landing, abs=1e-7)
         assert rest.entry_velocity == pytest.approx(whole.entry_velocity, abs=1e-5)
         assert rest.crossing_time == pytest.approx(whole.crossing_time, abs=1e-7)

@@ -76,7 +76,9 @@ def test_ball_hangs_clear_of_every_cup_when_the_cup_is_moved(recordings):
 
 
 @pytest.mark.slow
-def test_function_tells_the_outcomes_of_the_recordings_and_who_hears_them_may_simulate_something_else(throws, recordings):
+def test_function_tells_the_outcomes_of_the_recordings_and_who_hears_them_may_simulate_something_else(
+    throws, recordings
+):
     heard = []
 
     def hear(outcome):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import lru_cache
+from functools import cache
 from typing import Any
 
 import jax
@@ -17,7 +17,6 @@ from pydantic import BaseModel
 from wam_cast.batch.arguments import checked_casts, checked_seeds
 from wam_cast.batch.compilation import compiled_by_jax
 from wam_cast.batch.engine import Batch, Chunk, double, tell
-from wam_cast.batch.flight import Settings
 from wam_cast.batch.landing import Landing
 from wam_cast.batch.numbers import CastNumbers, numbers, stacked
 from wam_cast.cast import Cast
@@ -79,8 +78,6 @@ def batch_derivatives(
     found = {name: np.full((len(made), len(QUANTITIES)), np.nan) for name in parameters}
     if made:
         batch = Batch.of([scenario] * len(made), made, seeds, "float64", belief)
-        # Each parameter moves other numbers; with an axis of their own for all of them, one compiled function serves.
-        batch = replace(batch, common=None)
         for which, chunk in batch.chunks():
             order = which + which[-1:] * (chunk.size - len(which))
             for name, change in ways.items():
@@ -138,19 +135,19 @@ def _tangent(way: tuple[Change, float], casts: list[tuple[Cast, int]], belief: S
 def _derivative(chunk: Chunk, tangent: CastNumbers) -> Any:
     """Return the derivatives of `QUANTITIES`, (n, 5); nan of casts that do not land."""
     with double("float64"):
-        values, deviates, n_steps = chunk.arguments
-        derivatives, has_landed = _compiled(chunk.settings)(values, tangent, deviates, n_steps)
+        numbers, *others = chunk.arguments
+        derivatives, has_landed = _compiled()(numbers, tangent, *others)
         return np.where(has_landed, np.array(derivatives[: len(QUANTITIES)]), np.nan).T
 
 
-@lru_cache(maxsize=16)
-def _compiled(settings: Settings) -> Any:
-    def derivative(values: CastNumbers, tangent: CastNumbers, deviates: Any, n_steps: Any) -> tuple[Landing, Any]:
-        def landing_of(values: CastNumbers) -> tuple[Landing, Any]:
-            told = tell(values, deviates, n_steps, settings)
+@cache
+def _compiled() -> Any:
+    def derivative(numbers: CastNumbers, tangent: CastNumbers, *others: Any) -> tuple[Landing, Any]:
+        def landing_of(numbers: CastNumbers) -> tuple[Landing, Any]:
+            told = tell(numbers, *others)
             return told.landing, told.has_landed
 
-        _, derivatives, has_landed = jax.jvp(landing_of, (values,), (tangent,), has_aux=True)
+        _, derivatives, has_landed = jax.jvp(landing_of, (numbers,), (tangent,), has_aux=True)
         return derivatives, has_landed
 
     return compiled_by_jax(derivative)

@@ -206,30 +206,27 @@ def _onward(before: tuple[Vector, Vector], bodies: Body, joints: Reduced) -> tup
     return jax.lax.scan(onward, before, (bodies, joints))
 
 
-def accelerations(numbers: CastNumbers, q: Any, v: Any, torque: Any) -> Any:
+def accelerations(numbers: CastNumbers, q: Any, v: Any, torque: Any, is_alone: Any = False) -> Any:
     """Return v' of the chain [rad/s^2], (n_v, n), with positions and velocities (n_v, n) and the motors' `torque` [N m], (7, n).
 
-    Without string and ball, if n_v is 7.
+    Where the arm `is_alone`, (n,), string and ball do not act on it.
     """
-    arm, string = numbers.arm, numbers.string
-    v_arm, n = v[:N_ARM], q.shape[-1]
+    arm, string, n = numbers.arm, numbers.string, q.shape[-1]
+    v_arm = v[:N_ARM]
     friction = arm.friction * jnp.clip(v_arm / FRICTION_SPEED, -1.0, 1.0)
     R_WE, omega, hook, bodies = arm_bodies(arm, q[:N_ARM], v_arm)
     zero = jnp.zeros_like(q[0])
-    below, has_string = Articulated.nothing(zero), len(q) > N_ARM
-    if has_string:
-        q_string, v_string = (values[N_ARM:].reshape(-1, 2, n) for values in (q, v))
-        string_torque = -string.damping[:, None] * v_string - string.stiffness[:, None] * q_string
-        links = string_bodies(string, R_WE, omega, hook, q_string, v_string)
-        below, link_joints = _inward(below, links, string_torque, string.mass, string.mass * 0)
+    q_string, v_string = (values[N_ARM:].reshape(-1, 2, n) for values in (q, v))
+    string_torque = -string.damping[:, None] * v_string - string.stiffness[:, None] * q_string
+    links = string_bodies(string, R_WE, omega, hook, q_string, v_string)
+    below, link_joints = _inward(Articulated.nothing(zero), links, string_torque, string.mass, string.mass * 0)
+    below = jax.tree.map(lambda value: jnp.where(is_alone, 0.0, value), below)
     torque = (torque - arm.damping * v_arm - friction)[:, None]
     _, arm_joints = _inward(below, bodies, torque, arm.mass, arm.rotor_inertia)
     still = Vector(zero, zero, zero), Vector(zero, zero, zero + numbers.gravity)
-    hand, found = _onward(still, bodies, arm_joints)
-    result = found.reshape(N_ARM, n)
-    if has_string:
-        result = jnp.concatenate([result, _onward(hand, links, link_joints)[1].reshape(-1, n)])
-    return result
+    hand, of_arm = _onward(still, bodies, arm_joints)
+    _, of_string = _onward(hand, links, link_joints)
+    return jnp.concatenate([of_arm.reshape(N_ARM, n), of_string.reshape(-1, n)])
 
 
 def ball_motion(numbers: CastNumbers, q: Any, v: Any) -> tuple[Vector, Vector, Vector]:

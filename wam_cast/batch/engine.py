@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 from itertools import groupby
 from typing import Any, NamedTuple
 
@@ -20,9 +20,10 @@ from wam_cast.arm.arm_chain import FRICTION_SPEED, arm_chain
 from wam_cast.arm.posture import mass_matrix, starting_posture
 from wam_cast.batch.arguments import Precision, checked_casts, checked_precision, checked_scenarios, checked_seeds
 from wam_cast.batch.compilation import compiled_by_jax
-from wam_cast.batch.flight import Flight, Settings, fly
+from wam_cast.batch.dynamics import N_ARM
+from wam_cast.batch.flight import Flight, fly
 from wam_cast.batch.landing import Landing, landing
-from wam_cast.batch.numbers import CastNumbers, numbers, scenario_numbers, stacked
+from wam_cast.batch.numbers import CastNumbers, numbers, stacked
 from wam_cast.cast import PARAMETERS, Cast
 from wam_cast.errors import InputError
 from wam_cast.motion.noise_draws import CHUNK, first_torque_deviates
@@ -32,14 +33,11 @@ from wam_cast.scenario import Scenario
 from wam_cast.storage.casts_part import SCHEMA, STATUSES
 from wam_cast.types import Array, checks_types
 
-CPU_CHUNK = 64
-"""Casts that a processor simulates at once: as many as keep their numbers in its cache."""
+CPU_CHUNK = 16
+"""Casts that a processor simulates at once: fewer do not fill its vector registers, and of more the shorter ones wait longer."""
 
 GPU_CHUNK = 8192
 """Casts that any other device simulates at once, at most: about a gigabyte."""
-
-FEW = 8
-"""So many casts or fewer are simulated at once in place of a chunk."""
 
 STABLE_STEP = 2.0
 """Product of the string's fastest rate and a step up to which the method is stable, with a margin for a string that is pulled."""
@@ -70,9 +68,9 @@ class Chunk:
     """Casts that are simulated at once, and how."""
 
     numbers: CastNumbers
-    deviates: Array
+    deviates: Array | None
+    delay: int
     n_steps: int
-    settings: Settings
     precision: Precision
 
     @property
@@ -83,14 +81,14 @@ class Chunk:
     def run(self) -> Told:
         """Return what is told of them, as numpy arrays."""
         with double(self.precision):
-            told = compiled(self.settings)(*self.arguments)
+            told = compiled()(*self.arguments)
             return Told(*jax.tree.map(np.asarray, told))
 
     @property
-    def arguments(self) -> tuple[Any, Any, int]:
+    def arguments(self) -> tuple[Any, Any, Any, int]:
         """What a compiled function is called with."""
-        as_given = jax.tree.map(lambda values: in_precision(values, self.precision), self.numbers)
-        return as_given, in_precision(self.deviates, self.precision), self.n_steps
+        given = self.numbers, self.deviates, np.zeros((self.delay, N_ARM, self.size))
+        return *jax.tree.map(lambda values: in_precision(values, self.precision), given), self.n_steps
 
 
 def double(precision: Precision) -> AbstractContextManager[None]:
@@ -104,15 +102,15 @@ def in_precision(values: Any, precision: Precision) -> Any:
     return values.astype(precision) if values.dtype.kind == "f" else values
 
 
-@lru_cache(maxsize=16)
-def compiled(settings: Settings) -> Any:
+@cache
+def compiled() -> Any:
     """Return the function that simulates casts, which JAX compiles when its arguments have new shapes."""
-    return compiled_by_jax(lambda numbers, deviates, n_steps: tell(numbers, deviates, n_steps, settings))
+    return compiled_by_jax(tell)
 
 
-def tell(numbers: CastNumbers, deviates: Any, n_steps: Any, settings: Settings) -> Told:
-    """Return what is told of casts."""
-    flight = fly(numbers, deviates, n_steps, settings)
+def tell(numbers: CastNumbers, deviates: Any, line: Any, n_steps: Any) -> Told:
+    """Return what is told of casts: see `.fly`."""
+    flight = fly(numbers, deviates, line, n_steps)
     found = landing(numbers, flight)
     has_landed = (flight.down_sample >= 0) & flight.has_crossed & ~flight.has_diverged
     return Told(
@@ -146,7 +144,7 @@ def simulate_batch(
     """Simulate the contact-free phase of many casts at once: `simulate_cast` without a cup, by a second engine.
 
     It has the same physics and the same law, and integrates in equal steps: landings are those of Drake to about 1e-4 mm, in single
-    precision to 1e-3 mm. What has a scenario's shape (string links, delays) is compiled anew, which takes half a minute.
+    precision to 1e-3 mm. What has a scenario's shape (string links, delays) is compiled anew, which takes some ten seconds.
     The loop of the controller is not checked: where `simulate_cast` refuses gains, casts here meet limits or diverge.
 
     Parameters
@@ -216,18 +214,18 @@ class Batch:
         Their numbers.
     seeds, steps
         The noise seed of each, and in how many steps its control period is integrated.
-    settings, precision
-        What the function is compiled for.
-    common
-        What all have of one scenario; None if they are of several.
+    delay
+        The longest of the casts', in control periods, and 1 or more.
+    has_torque_noise
+        Whether any has.
     """
 
     rows: list[CastNumbers]
     seeds: list[int]
     steps: list[int]
-    settings: Settings
+    delay: int
+    has_torque_noise: bool
     precision: Precision
-    common: CastNumbers | None
 
     @classmethod
     def of(
@@ -240,15 +238,15 @@ class Batch:
     ) -> Batch:
         """Return the batch of casts, each of a scenario."""
         rows = [numbers(s, c, k, belief) for s, c, k in zip(scenarios, casts, seeds, strict=True)]
-        settings = Settings(
-            delay=max(scenario.controller.delay for scenario in scenarios),
-            has_turns=any(row.motion.turn_duration > 0 for row in rows),
-            has_torque_noise=any(scenario.noise.torque > 0 for scenario in scenarios),
-        )
-        is_one = len(set(map(id, scenarios))) == 1
-        common = scenario_numbers(scenarios[0], belief or scenarios[0]) if is_one else None
         steps = {scenario: n_steps(scenario) for scenario in set(scenarios)}
-        return cls(rows, seeds, [steps[scenario] for scenario in scenarios], settings, precision, common)
+        return cls(
+            rows,
+            seeds,
+            [steps[scenario] for scenario in scenarios],
+            delay=max(1, *(scenario.controller.delay for scenario in scenarios)),
+            has_torque_noise=any(scenario.noise.torque > 0 for scenario in scenarios),
+            precision=precision,
+        )
 
     def chunks(self, which: list[int] | None = None, *, finer: int = 1) -> Iterator[tuple[list[int], Chunk]]:
         """Yield those of the casts in chunks that take about as long, and which they are; the last ones fill a chunk up.
@@ -267,20 +265,18 @@ class Batch:
     def chunk(self, which: list[int], n_steps: int) -> Chunk:
         """Return those of the casts, to be integrated in `n_steps` a control period."""
         rows = [self.rows[i] for i in which]
-        deviates = np.zeros((1, 1, 1))
-        if self.settings.has_torque_noise:
+        deviates = None
+        if self.has_torque_noise:
             # As many for all chunks: another number would be compiled anew.
             n_drawn = math.ceil((max(map(_n_samples, self.rows)) + POLL_PERIODS) / CHUNK)
             deviates = np.stack([first_torque_deviates(self.seeds[i], n_drawn) for i in which], axis=-1)
-        return Chunk(stacked(rows, self.common), deviates, n_steps, self.settings, self.precision)
+        return Chunk(stacked(rows), deviates, self.delay, n_steps, self.precision)
 
 
 def chunk_size(n_casts: int) -> int:
     """Return how many casts are simulated at once where there are so many in all: what is smaller is filled up."""
-    if n_casts <= FEW:
-        return FEW
     on_device = device_chunk()
-    return min(on_device, 1 << (n_casts - 1).bit_length()) if on_device else CPU_CHUNK
+    return min(on_device, max(CPU_CHUNK, 1 << (n_casts - 1).bit_length())) if on_device else CPU_CHUNK
 
 
 def device_chunk() -> int | None:

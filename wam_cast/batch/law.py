@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 
 from wam_cast.arm.arm_chain import DIFFERENTIALS
-from wam_cast.batch.dynamics import arm_bodies, full, summed
+from wam_cast.batch.dynamics import arm_bodies, summed
 from wam_cast.batch.numbers import ArmNumbers, CastNumbers, LawNumbers, MotionNumbers
 from wam_cast.batch.vectors import Matrix, Vector
 from wam_cast.motion.pendulum import Pendulum
@@ -24,7 +24,7 @@ class Reference(NamedTuple):
     rate: Any
 
 
-def reference(motion: MotionNumbers, t: Any, *, has_turns: bool) -> Reference:
+def reference(motion: MotionNumbers, t: Any) -> Reference:
     """Return the reference up to the end of the hold at times `t` [s], (n,)."""
     m, since = motion, t - motion.turn_duration
     value, rate = quintic_step(_share(since, m.move_duration))
@@ -33,20 +33,18 @@ def reference(motion: MotionNumbers, t: Any, *, has_turns: bool) -> Reference:
     height, upward = m.start_height - m.drop_distance * value, -m.drop_distance / m.drop_duration * rate
     c, s = jnp.cos(m.bearing), jnp.sin(m.bearing)
     p_WE, v_WE = Vector(radius * c, radius * s, height), Vector(outward * c, outward * s, upward)
-    bearing, rate = full(m.bearing, t), jnp.zeros_like(t)
-    if has_turns:
-        is_turning = t < m.turn_duration
-        duration = jnp.where(m.turn_duration > 0, m.turn_duration, 1.0)
-        step = nonic_step(_share(t, duration))
-        angle = m.bearing * step[0]
-        rates = [m.bearing / duration**order * step[order] for order in (1, 2, 3)]
-        pendulum = Pendulum(m.pendulum_length, m.gravity)
-        p, v = swung_hand((angle, *rates), m.start_radius, m.start_height - m.pendulum_length, pendulum, xp=jnp)
-        p_WE, v_WE = (
-            Vector(*(jnp.where(is_turning, a, b) for a, b in zip(turned, straight, strict=True)))
-            for turned, straight in ((p, p_WE), (v, v_WE))
-        )
-        bearing, rate = jnp.where(is_turning, angle, bearing), jnp.where(is_turning, rates[0], rate)
+    is_turning = t < m.turn_duration
+    duration = jnp.where(m.turn_duration > 0, m.turn_duration, 1.0)
+    step = nonic_step(_share(t, duration))
+    angle = m.bearing * step[0]
+    rates = [m.bearing / duration**order * step[order] for order in (1, 2, 3)]
+    pendulum = Pendulum(m.pendulum_length, m.gravity)
+    p, v = swung_hand((angle, *rates), m.start_radius, m.start_height - m.pendulum_length, pendulum, xp=jnp)
+    p_WE, v_WE = (
+        Vector(*(jnp.where(is_turning, a, b) for a, b in zip(turned, straight, strict=True)))
+        for turned, straight in ((p, p_WE), (v, v_WE))
+    )
+    bearing, rate = jnp.where(is_turning, angle, m.bearing), jnp.where(is_turning, rates[0], 0.0)
     return Reference(p_WE, v_WE, bearing, rate)
 
 

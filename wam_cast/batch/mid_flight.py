@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import lru_cache
+from functools import cache
 from typing import Any
 
 import numpy as np
 
 from wam_cast.batch.compilation import compiled_by_jax
 from wam_cast.batch.engine import Batch, double, simulate_batch
-from wam_cast.batch.flight import Settings, fly_to
+from wam_cast.batch.flight import fly_to
 from wam_cast.cast import Cast
 from wam_cast.motion.in_flight import InFlight
 from wam_cast.motion.polling import POLL_PERIODS
@@ -44,15 +44,13 @@ def states_before_landing(
         for which, chunk in batch.chunks(list(samples)):
             wanted = np.array([samples[i] for i in which + which[-1:] * (chunk.size - len(which))])
             with double("float64"):
-                q, v, waiting, torque = map(np.asarray, _compiled(chunk.settings)(*chunk.arguments, wanted))
+                q, v, waiting, torque = map(np.asarray, _compiled()(*chunk.arguments, wanted))
             for column, i in enumerate(which):
                 at = (values[..., column] for values in (q, v, waiting, torque))
                 states[i] = InFlight(samples[i] * period, *at)
     return states
 
 
-@lru_cache(maxsize=16)
-def _compiled(settings: Settings) -> Any:
-    return compiled_by_jax(
-        lambda numbers, deviates, n_steps, samples: fly_to(numbers, deviates, n_steps, settings, samples)
-    )
+@cache
+def _compiled() -> Any:
+    return compiled_by_jax(fly_to)

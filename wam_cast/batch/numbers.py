@@ -229,14 +229,9 @@ def _scenario_numbers(scenario: Scenario, belief: Scenario, *_models: ArmModel) 
     )
 
 
-def stacked(casts: Sequence[CastNumbers], common: CastNumbers | None = None) -> CastNumbers:
-    """Return the numbers of several casts, their last axis over casts; what all have of `common` has a last axis of length 1."""
-
-    def stack(shared: Numbers, *values: Numbers) -> Numbers:
-        is_shared = common is not None and all(value is shared for value in values)
-        return shared[..., None] if is_shared else np.stack(values, axis=-1)
-
-    numbers: CastNumbers = _map(stack, common or casts[0], *casts)
+def stacked(casts: Sequence[CastNumbers]) -> CastNumbers:
+    """Return the numbers of several casts, their last axis over casts."""
+    numbers: CastNumbers = _map(lambda *values: np.stack(values, axis=-1), *casts)
     return numbers
 
 

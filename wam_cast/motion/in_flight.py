@@ -18,7 +18,8 @@ class InFlight:
     q, v
         Angles [rad] and speeds [rad/s] of the arm's joints and the string's, shape (n,) each, as the plant has them.
     waiting
-        Commanded torques on their way to the motors, the newest first [N m], shape (`Controller.delay`, 7).
+        Commanded torques on their way to the motors, the newest first [N m], shape (`Controller.delay`, 7); of no meaning
+        without a delay.
     torque
         Of the motors, held up to there [N m], shape (7,).
     """

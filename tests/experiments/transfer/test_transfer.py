@@ -31,6 +31,10 @@ def test_groups_hold_what_they_say():
 def test_a_run_is_kept_robot_by_robot_and_goes_on_to_the_same_report(tmp_path, monkeypatch):
     monkeypatch.setattr(transfer_settings, "QUICK", TINY)
     monkeypatch.setattr(transfer_settings, "ADAPTATION_METHODS", METHODS)
+    monkeypatch.setattr(experiment, "N_RADII", 2)  # a plan for each takes half a second
+    known = []
+    learn = experiment._Knowledge.of
+    monkeypatch.setattr(experiment._Knowledge, "of", lambda *given: known.append(given[1].name) or learn(*given))
     first = experiment.transfer(Scenario(), tmp_path / "run", 3, quick=True, n_workers=1)
     report = (tmp_path / "run" / "report.md").read_bytes()
     results = json.loads((tmp_path / "run" / "results.json").read_text())
@@ -44,5 +48,6 @@ def test_a_run_is_kept_robot_by_robot_and_goes_on_to_the_same_report(tmp_path, m
     monkeypatch.setattr(experiment, "run_rows", lambda function, rows, _executor: (function(row) for row in rows))
     again = experiment.transfer(Scenario(), tmp_path / "run", 3, quick=True)
     assert studied == [0]  # that one alone, in this process
+    assert known == ["x1", "x2", "out of range", "x2"]  # and nothing is learned of the others once more
     pd.testing.assert_frame_equal(again.plans, first.plans, check_dtype=False)
     assert (tmp_path / "run" / "report.md").read_bytes() == report

@@ -131,26 +131,28 @@ def _studies(
     on_progress: OnProgress,
 ) -> dict[str, list[RobotStudy]]:
     """Return the studies of all robots by group: those that are stored, and the others, which are stored, in turn of each group."""
-    on_progress("what is known", 0, len(settings.groups))
-    groups = [_Knowledge.of(settings, group, believed) for group in settings.groups]
-    each = [(one, number) for number in range(settings.n_robots) for one in groups]
-    names = [f"{one.group.name.replace(' ', '-')}-{number:03d}" for one, number in each]
+    groups = settings.groups
+    each = [(group, number) for number in range(settings.n_robots) for group in groups]
+    names = [f"{group.name.replace(' ', '-')}-{number:03d}" for group, number in each]
     found = [store.found(name, RobotStudy) for name in names]
     todo = [row for row, one in enumerate(found) if one is None]
+    on_progress("what is known", 0, len(groups))
+    asked = {each[row][0].name for row in todo}
+    known = {group.name: _Knowledge.of(settings, group, believed) for group in groups if group.name in asked}
     done = len(found) - len(todo)
     on_progress("robots", done, len(found))
-    with closing(run_rows(partial(_study, each), todo, executor)) as studies:
+    with closing(run_rows(partial(_study, known, each), todo, executor)) as studies:
         for row, study in zip(todo, studies, strict=True):
             store.keep(names[row], RobotStudy, study)
             found[row] = study
             done += 1
             on_progress("robots", done, len(found))
     return {
-        one.group.name: [study for (of, _), study in zip(each, found, strict=True) if of is one and study is not None]
-        for one in groups
+        group.name: [study for (of, _), study in zip(each, found, strict=True) if of is group and study is not None]
+        for group in groups
     }
 
 
-def _study(each: list[tuple[_Knowledge, int]], row: int) -> RobotStudy:
-    knowledge, number = each[row]
-    return knowledge.study(number)
+def _study(known: dict[str, _Knowledge], each: list[tuple[Group, int]], row: int) -> RobotStudy:
+    group, number = each[row]
+    return known[group.name].study(number)

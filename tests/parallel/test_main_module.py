@@ -5,12 +5,13 @@ import subprocess
 import sys
 import warnings
 from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
+from multiprocessing import get_context, spawn
 from pathlib import Path
 
 import pytest
 
 import wam_cast
+from wam_cast.parallel.main_module import can_be_imported, without_main
 from wam_cast.parallel.workers import Workers, run_rows
 
 UNGUARDED = """
@@ -141,3 +142,12 @@ def test_workers_without_the_main_module_make_way_for_some_with_it(helper, monke
             (second,) = set(workers.run(helper.process, range(2)))
         assert second != first
         assert set(workers.run(helper.process, range(2))) == {second}
+
+
+def test_a_prompt_whose_names_were_reset_starts_processes_too(monkeypatch):
+    monkeypatch.delattr(sys.modules["__main__"], "__spec__")
+    with without_main():
+        assert not [name for name in spawn.get_preparation_data("worker") if "main" in name]
+    monkeypatch.delattr(sys.modules["__main__"], "__spec__")
+    monkeypatch.setattr(sys.modules["__main__"], "__file__", None, raising=False)
+    assert not can_be_imported()

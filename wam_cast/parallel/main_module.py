@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from multiprocessing import spawn
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 _lock = threading.Lock()
@@ -20,8 +21,15 @@ _lock = threading.Lock()
 
 def can_be_imported() -> bool:
     """Return whether there is a main module to import: nothing that was typed, or came from standard input."""
-    main = sys.modules["__main__"]
+    main = _main()
     return main.__spec__ is not None or Path(getattr(main, "__file__", None) or "<stdin>").is_file()
+
+
+def _main() -> ModuleType:
+    """Return the main module, with the `__spec__` that multiprocessing asks for: IPython's `%reset` takes it away."""
+    main = sys.modules["__main__"]
+    vars(main).setdefault("__spec__", None)
+    return main
 
 
 @contextmanager
@@ -29,6 +37,7 @@ def without_main() -> Iterator[None]:
     """Give a context in which processes that this thread spawns do not import the main module."""
     untyped: Any = spawn
     starter = threading.get_ident()
+    _main()
 
     def prepare(name: str) -> dict[str, Any]:
         data: dict[str, Any] = prepare_with_main(name)

@@ -1,7 +1,9 @@
 """The experiment on unknown robots, in the small: what it keeps, and that it comes out the same."""
 
 import json
+from dataclasses import replace
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -29,13 +31,18 @@ def test_groups_hold_what_they_say():
 
 @pytest.mark.slow
 def test_a_run_is_kept_robot_by_robot_and_goes_on_to_the_same_report(tmp_path, monkeypatch):
+    pytest.importorskip("jax", reason="the extra `batch` is not installed")
     monkeypatch.setattr(transfer_settings, "QUICK", TINY)
     monkeypatch.setattr(transfer_settings, "ADAPTATION_METHODS", METHODS)
     monkeypatch.setattr(experiment, "N_RADII", 2)  # a plan for each takes half a second
-    known = []
-    learn = experiment._Knowledge.of
-    monkeypatch.setattr(experiment._Knowledge, "of", lambda *given: known.append(given[1].name) or learn(*given))
-    first = experiment.transfer(Scenario(), tmp_path / "run", 3, quick=True, n_workers=1)
+    known, learn = [], experiment._Knowledge.of
+
+    def remembered(*given):
+        known.append(learn(*given))
+        return known[-1]
+
+    monkeypatch.setattr(experiment._Knowledge, "of", remembered)
+    first = experiment.transfer(Scenario(), tmp_path / "run", 3, quick=True, engine="batch", n_workers=1)
     report = (tmp_path / "run" / "report.md").read_bytes()
     results = json.loads((tmp_path / "run" / "results.json").read_text())
     assert len(results["plans"]) == len(first.plans) == 3 * (2 + (2 + 1))
@@ -46,8 +53,19 @@ def test_a_run_is_kept_robot_by_robot_and_goes_on_to_the_same_report(tmp_path, m
     study = UnknownRobot.study
     monkeypatch.setattr(UnknownRobot, "study", lambda robot: studied.append(robot.number) or study(robot))
     monkeypatch.setattr(experiment, "run_rows", lambda function, rows, _executor: (function(row) for row in rows))
-    again = experiment.transfer(Scenario(), tmp_path / "run", 3, quick=True)
+    again = experiment.transfer(Scenario(), tmp_path / "run", 3, quick=True, engine="batch")
     assert studied == [0]  # that one alone, in this process
-    assert known == ["x1", "x2", "out of range", "x2"]  # and nothing is learned of the others once more
+    names = [one.group.name for one in known]
+    assert names == ["x1", "x2", "out of range", "x2"]  # and nothing is learned of the others once more
     pd.testing.assert_frame_equal(again.plans, first.plans, check_dtype=False)
     assert (tmp_path / "run" / "report.md").read_bytes() == report
+
+    # The batched engine has brought casts near their cups, and the same becomes of them as in Drake the whole way.
+    by_drake = replace(known[0], settings=TransferSettings.of(Scenario(), 3, quick=True)).study(0).plans
+    by_batch = first.plans[first.plans["group"] == "x1"][by_drake.columns].reset_index(drop=True)
+    told = [name for name in by_batch if name.startswith("status")]
+    pd.testing.assert_frame_equal(by_batch[told], by_drake[told])
+    np.testing.assert_allclose(by_batch["bias"], by_drake["bias"], rtol=0, atol=5e-6)
+    np.testing.assert_allclose(
+        by_batch["miss"], by_drake["miss"], rtol=0, atol=3e-4
+    )  # encoders: see docs/howto/batch.md

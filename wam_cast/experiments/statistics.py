@@ -58,7 +58,8 @@ def wilson_interval(n_hits: int, n: int) -> tuple[float, float]:
     z2 = float(ndtri(0.975)) ** 2
     middle, denominator = n_hits + z2 / 2, n + z2
     half = math.sqrt(z2 * (n_hits * (n - n_hits) / n + z2 / 4))
-    return max(0.0, (middle - half) / denominator), min(1.0, (middle + half) / denominator)
+    # Of no hits, or nothing else, one end is the rate itself, which rounding would miss.
+    return (middle - half) / denominator if n_hits else 0.0, (middle + half) / denominator if n_hits < n else 1.0
 
 
 def coverage(residuals: Array, std: Array, shares: Array) -> Array:

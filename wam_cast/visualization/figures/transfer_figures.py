@@ -49,7 +49,7 @@ def draw_hit_rates(axes: Axes, curves: Mapping[str, Array], *, title: str) -> No
         x = _steps(ks, k) + HALF_SPREAD * (number - (len(curves) - 1) / 2)
         errors = PERCENT * np.vstack([rate - low, high - rate])
         axes.errorbar(x, PERCENT * rate, errors, label=name, markersize=4, linewidth=1.2, capsize=2, **styles[name])
-    axes.set(title=title, ylabel="hit rate [%]", ylim=(None, 101))
+    axes.set(title=title, ylabel="hit rate [%]")
     _label_steps(axes, ks)
 
 

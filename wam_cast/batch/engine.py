@@ -109,7 +109,7 @@ def compiled() -> Any:
 
 
 def tell(numbers: CastNumbers, deviates: Any, line: Any, n_steps: Any) -> Told:
-    """Return what is told of casts: see `.fly`."""
+    """Return what is told of casts; arguments are those of `wam_cast.batch.flight.fly`."""
     flight = fly(numbers, deviates, line, n_steps)
     found = landing(numbers, flight)
     has_landed = (flight.down_sample >= 0) & flight.has_crossed & ~flight.has_diverged

@@ -14,7 +14,7 @@ TEMPLATES = SandboxedEnvironment(loader=FileSystemLoader(Path(numpydoc.__file__)
 KINDS = {"class_doc": SphinxClassDoc, "func_doc": SphinxFunctionDoc, "obj_doc": SphinxObjDoc}
 
 
-def read(thing: Any, what: Any = None, doc: Any = None, config: Any = None, builder: Any = None) -> Any:  # noqa: ARG001
+def read(thing: Any, what: Any = None, doc: Any = None, config: Any = None, builder: Any = None) -> Any:  # noqa: ARG001 - numpydoc gives it
     """Read a docstring; all are written by one template."""
     settings = {**(config or {}), "template": TEMPLATES.get_template("numpydoc_docstring.rst")}
     return get_doc_object(thing, what=what, doc=doc, config=settings, **KINDS)

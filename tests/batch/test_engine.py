@@ -3,14 +3,12 @@
 import numpy as np
 import pandas as pd
 import pytest
-from pydrake.systems.analysis import ResetIntegratorFromFlags
 
 from wam_cast.batch import engine
 from wam_cast.batch.engine import simulate_batch
 from wam_cast.cast import Cast
 from wam_cast.generation.sampling import sample_cast
 from wam_cast.scenario import Noise, Scenario
-from wam_cast.simulation import station_loop
 from wam_cast.simulation.simulator import CastSimulator
 
 pytestmark = pytest.mark.slow
@@ -42,17 +40,6 @@ QUANTITIES = [
     *("landing_along", "landing_across", "crossing_time", "entry_speed", "entry_angle", "slack"),
     *("peak_torque_utilization", "peak_velocity_utilization", "peak_tracking_error"),
 ]
-
-
-@pytest.fixture
-def fixed_steps(monkeypatch):
-    """Let Drake integrate in equal steps, as the batched engine does."""
-
-    def begin(simulator, method, max_step, _accuracy):
-        ResetIntegratorFromFlags(simulator, method, max_step)
-        simulator.get_mutable_integrator().set_fixed_step_mode(True)
-
-    monkeypatch.setattr(station_loop, "begin_integration", begin)
 
 
 def by_drake(scenario, row, seed, belief=None):

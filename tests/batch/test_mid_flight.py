@@ -2,14 +2,11 @@
 
 import numpy as np
 import pytest
-from pydrake.systems.analysis import ResetIntegratorFromFlags
 
 from wam_cast.batch.mid_flight import HAND_OVER, states_before_landing
 from wam_cast.cast import Cast
 from wam_cast.motion.polling import POLL_PERIODS
 from wam_cast.scenario import Scenario
-from wam_cast.simulation import station_loop
-from wam_cast.simulation.integration import ACCURACY, begin_integration
 from wam_cast.simulation.outcome import Status
 from wam_cast.simulation.simulator import CastSimulator
 
@@ -26,14 +23,7 @@ CASTS = [Cast(0.2, 0.8, 0.1), Cast(0.3, 0.9, 0.05), Cast(0.25, 0.8, 0.2), Cast(0
 SEEDS = [7, 8, 2**70, 9]
 
 
-def test_drake_goes_on_as_if_it_had_begun(monkeypatch):
-    def begin(simulator, method, max_step, accuracy):
-        begin_integration(simulator, method, max_step, accuracy)
-        if accuracy == ACCURACY:  # without contact: in equal steps, as the batched engine does
-            ResetIntegratorFromFlags(simulator, method, max_step)
-            simulator.get_mutable_integrator().set_fixed_step_mode(True)
-
-    monkeypatch.setattr(station_loop, "begin_integration", begin)
+def test_drake_goes_on_as_if_it_had_begun(fixed_steps):
     simulator, statuses = CastSimulator(ROBOT), []
     *states, of_none = states_before_landing(ROBOT, CASTS, SEEDS)
     assert of_none is None  # that one meets a limit

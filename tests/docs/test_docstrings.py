@@ -1,23 +1,17 @@
 """Docstrings are written as numpydoc writes them, by one template, and none holds a signature, which nobody looks for."""
 
-import importlib.util
 import inspect
-from pathlib import Path
 
 import pytest
 
 import wam_cast as wc
 
 docscrape = pytest.importorskip("numpydoc.docscrape_sphinx")
-PATH = Path(__file__).parents[2] / "docs" / "_ext" / "docstrings.py"
 
 
 @pytest.fixture
-def read():
-    spec = importlib.util.spec_from_file_location("docstrings", PATH)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module.read
+def read(extension):
+    return extension("docstrings").read
 
 
 @pytest.mark.parametrize(

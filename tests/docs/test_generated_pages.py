@@ -1,6 +1,5 @@
 """Pages that are made from the code hold all of it, so that they cannot lag behind."""
 
-import importlib.util
 import json
 import re
 from pathlib import Path
@@ -17,12 +16,9 @@ pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
-def pages():
+def pages(extension):
     """Return the module that writes the pages; it is none of the package's."""
-    spec = importlib.util.spec_from_file_location("pages", ROOT / "docs" / "_ext" / "generated_pages.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return extension("generated_pages")
 
 
 def test_every_command_and_option_is_on_the_command_lines_page(pages):

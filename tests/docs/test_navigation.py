@@ -1,22 +1,16 @@
 """The tree beside a page has titles and the pages below them, without what stands on those pages."""
 
-import importlib.util
-from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
 addnodes = pytest.importorskip("sphinx.addnodes")
 nodes = pytest.importorskip("docutils.nodes")
-PATH = Path(__file__).parents[2] / "docs" / "_ext" / "navigation.py"
 
 
 @pytest.fixture
-def navigation():
-    spec = importlib.util.spec_from_file_location("navigation", PATH)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+def navigation(extension):
+    return extension("navigation")
 
 
 def entry(title, *below):

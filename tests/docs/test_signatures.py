@@ -1,23 +1,16 @@
 """Signatures in the reference are as short as in the source."""
 
-import importlib.util
-from pathlib import Path
-
 import pytest
 
 from wam_cast.learning.model_file import Fit
 from wam_cast.learning.uncertainty import ErrorFit
 
 inspect = pytest.importorskip("sphinx.util.inspect")
-PATH = Path(__file__).parents[2] / "docs" / "_ext" / "signatures.py"
 
 
 @pytest.fixture
-def shorten():
-    spec = importlib.util.spec_from_file_location("signatures", PATH)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module.shorten
+def shorten(extension):
+    return extension("signatures").shorten
 
 
 @pytest.mark.parametrize("mode", ["smart", "fully-qualified"])

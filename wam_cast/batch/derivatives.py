@@ -16,7 +16,7 @@ from pydantic import BaseModel
 
 from wam_cast.batch.arguments import checked_casts, checked_seeds
 from wam_cast.batch.compilation import compiled_by_jax
-from wam_cast.batch.engine import Batch, Chunk, double, tell
+from wam_cast.batch.engine import Batch, Chunk, double, filled_up, tell
 from wam_cast.batch.landing import Landing
 from wam_cast.batch.numbers import CastNumbers, numbers, stacked
 from wam_cast.cast import Cast
@@ -79,7 +79,7 @@ def batch_derivatives(
     if made:
         batch = Batch.of([scenario] * len(made), made, seeds, "float64", belief)
         for which, chunk in batch.chunks():
-            order = which + which[-1:] * (chunk.size - len(which))
+            order = filled_up(which, chunk.size)
             for name, change in ways.items():
                 tangent = _tangent(change, [(made[i], seeds[i]) for i in order], belief)
                 found[name][which] = _derivative(chunk, tangent)[: len(which)]

@@ -259,8 +259,7 @@ class Batch:
         for steps, same in groupby(order, key=lambda i: self.steps[i]):
             group = list(same)
             for of_chunk in (group[first : first + size] for first in range(0, len(group), size)):
-                padded = of_chunk + of_chunk[-1:] * (size - len(of_chunk))
-                yield of_chunk, self.chunk(padded, finer * steps)
+                yield of_chunk, self.chunk(filled_up(of_chunk, size), finer * steps)
 
     def chunk(self, which: list[int], n_steps: int) -> Chunk:
         """Return those of the casts, to be integrated in `n_steps` a control period."""
@@ -271,6 +270,11 @@ class Batch:
             n_drawn = math.ceil((max(map(_n_samples, self.rows)) + POLL_PERIODS) / CHUNK)
             deviates = np.stack([first_torque_deviates(self.seeds[i], n_drawn) for i in which], axis=-1)
         return Chunk(stacked(rows), deviates, self.delay, n_steps, self.precision)
+
+
+def filled_up(which: list[int], size: int) -> list[int]:
+    """Return which casts fill a chunk: these, and the last one as often as there is room."""
+    return which + which[-1:] * (size - len(which))
 
 
 def chunk_size(n_casts: int) -> int:

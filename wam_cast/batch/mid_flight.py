@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from wam_cast.batch.compilation import compiled_by_jax
-from wam_cast.batch.engine import Batch, double, simulate_batch
+from wam_cast.batch.engine import Batch, double, filled_up, simulate_batch
 from wam_cast.batch.flight import fly_to
 from wam_cast.cast import Cast
 from wam_cast.motion.in_flight import InFlight
@@ -42,7 +42,7 @@ def states_before_landing(
     if samples:
         batch = Batch.of([scenario] * len(casts), list(casts), list(noise_seeds), "float64", belief)
         for which, chunk in batch.chunks(list(samples)):
-            wanted = np.array([samples[i] for i in which + which[-1:] * (chunk.size - len(which))])
+            wanted = np.array([samples[i] for i in filled_up(which, chunk.size)])
             with double("float64"):
                 q, v, waiting, torque = map(np.asarray, _compiled()(*chunk.arguments, wanted))
             for column, i in enumerate(which):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -24,6 +23,7 @@ from wam_cast.planning.plan import Plan, plan_cast
 from wam_cast.planning.prediction import ACROSS, ALONG
 from wam_cast.planning.reach import Reach
 from wam_cast.scenario import Scenario
+from wam_cast.simulation.outcome import Outcome
 from wam_cast.simulation.simulator import CastSimulator, simulate_cast
 from wam_cast.types import Array
 
@@ -156,19 +156,12 @@ class UnknownRobot:
 
             on_the_way = states_before_landing(self.truth, casts, seeds, belief=belief)
         simulators = {name: CastSimulator(_with_cup(self.truth, values), belief) for name, values in CUPS.items()}
+        first = next(iter(CUPS))
         for (method, k, _, plan), seed, since in zip(planned, seeds, on_the_way, strict=True):
-            found: Record = {"miss": math.nan} | {f"status: {name}": None for name in CUPS}
-            for number, (name, simulator) in enumerate(simulators.items()):
-                if number and not (method == BEST and k in MAIN_KS and k > 0):
-                    continue
-                if since is None:
-                    outcome = simulator.simulate(plan.cast, plan.cup, noise_seed=seed)
-                else:
-                    outcome = simulator.simulate_on(plan.cast, plan.cup, since, noise_seed=seed)
-                found[f"status: {name}"] = str(outcome.status)
-                if not number:
-                    found["miss"] = outcome.miss
-            yield found
+            tried = CUPS if method == BEST and k in MAIN_KS and k > 0 else (first,)
+            outcomes = {name: _outcome(simulators[name], plan, since, seed) for name in tried}
+            statuses = {f"status: {name}": str(outcomes[name].status) if name in outcomes else None for name in CUPS}
+            yield {"miss": outcomes[first].miss} | statuses
 
     def _campaign(self) -> tuple[int | None, int | None, int]:
         """Cast at one cup and learn from each cast, until ten catches in a row."""
@@ -191,6 +184,13 @@ def common_reach(models: Iterable[AdaptiveModel]) -> Reach:
     regions = [Reach.of(model) for model in models]
     nearest, farthest = max(one.nearest for one in regions), min(one.farthest for one in regions)
     return replace(regions[0], nearest=nearest, farthest=farthest)
+
+
+def _outcome(simulator: CastSimulator, plan: Plan, since: InFlight | None, noise_seed: int) -> Outcome:
+    """Return what becomes of a plan's cast, from a state that it was brought to if there is one."""
+    if since is None:
+        return simulator.simulate(plan.cast, plan.cup, noise_seed=noise_seed)
+    return simulator.simulate_on(plan.cast, plan.cup, since, noise_seed=noise_seed)
 
 
 def _with_cup(truth: Scenario, values: Mapping[str, float]) -> Scenario:

@@ -47,8 +47,8 @@ class IdentifiedModel(AdaptiveModel):
     parameters' uncertainty moves landings is taken at the middle of the robots. The prior is not made wider by what is observed.
     Before the first cast it is the linear model.
 
-    Once for a distribution it takes 8,000 casts by the batched engine, 45 s of a processor. To observe takes 15 s or so
-    when there are 5 casts in all, 30 to 50 s when there are 20: three to nine times each cast with each parameter
+    Once for a distribution it takes 8,000 casts by the batched engine, 35 s of a processor. To observe takes 12 s or so
+    when there are 5 casts in all, 20 s when there are 20: three to nine times each cast with each parameter
     moved, and the casts of the robot.
 
     Attributes

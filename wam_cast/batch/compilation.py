@@ -15,3 +15,12 @@ a quarter later."""
 def compiled_by_jax(function: Callable[..., Any]) -> Callable[..., Any]:
     """Return what JAX makes of a function of arrays: it is compiled when its arguments have new shapes."""
     return jax.jit(function, compiler_options=PROCESSOR_OPTIONS if jax.default_backend() == "cpu" else None)
+
+
+def computed_once(values: Any) -> Any:
+    """Return arrays as they are, but let a processor compute them once.
+
+    XLA joins an operation to each of those that use its result, and computes the result as often. That saves the way through memory,
+    which a graphics card waits for; a processor has it in its cache.
+    """
+    return jax.lax.optimization_barrier(values) if jax.default_backend() == "cpu" else values

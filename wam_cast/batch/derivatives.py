@@ -75,15 +75,16 @@ def batch_derivatives(
     made = checked_casts(casts)
     seeds = checked_seeds(noise_seeds, len(made))
     ways = {name: _direction(scenario, name) for name in parameters}
-    found = {name: np.full((len(made), len(QUANTITIES)), np.nan) for name in parameters}
-    if made:
-        batch = Batch.of([scenario] * len(made), made, seeds, "float64", belief)
+    # Each cast once for each parameter: few casts with many parameters fill chunks as many casts do.
+    each = [(way, cast, seed) for way in ways.values() for cast, seed in zip(made, seeds, strict=True)]
+    found = np.full((len(each), len(QUANTITIES)), np.nan)
+    if each:
+        batch = Batch.of([scenario] * len(each), made * len(ways), seeds * len(ways), "float64", belief)
         for which, chunk in batch.chunks():
-            order = filled_up(which, chunk.size)
-            for name, change in ways.items():
-                tangent = _tangent(change, [(made[i], seeds[i]) for i in order], belief)
-                found[name][which] = _derivative(chunk, tangent)[: len(which)]
-    return {name: pd.DataFrame(values, columns=QUANTITIES) for name, values in found.items()}
+            tangents = stacked([_tangent(*each[i], belief) for i in filled_up(which, chunk.size)])
+            found[which] = _derivative(chunk, tangents)[: len(which)]
+    by_name = zip(ways, found.reshape(len(ways), len(made), len(QUANTITIES)), strict=True)
+    return {name: pd.DataFrame(values, columns=QUANTITIES) for name, values in by_name}
 
 
 Change = Callable[[Cast, float], tuple[Scenario, Cast]]
@@ -117,14 +118,10 @@ def _direction(scenario: Scenario, name: str) -> tuple[Change, float]:
     return changed, RELATIVE_STEP * max(float(np.abs(values).max()), SMALL)
 
 
-def _tangent(way: tuple[Change, float], casts: list[tuple[Cast, int]], belief: Scenario | None) -> CastNumbers:
-    """Return the derivative of the casts' numbers along a parameter, by central differences."""
+def _tangent(way: tuple[Change, float], cast: Cast, seed: int, belief: Scenario | None) -> CastNumbers:
+    """Return the derivative of a cast's numbers along a parameter, by central differences."""
     change, size = way
-
-    def at(by: float) -> CastNumbers:
-        return stacked([numbers(*change(cast, by), seed, belief) for cast, seed in casts])
-
-    above, below = at(size), at(-size)
+    above, below = (numbers(*change(cast, by), seed, belief) for by in (size, -size))
     tangent: CastNumbers = jax.tree.map(
         lambda a, b: (a - b) / (2 * size) if a.dtype.kind == "f" else np.zeros(a.shape, jax.dtypes.float0), above, below
     )

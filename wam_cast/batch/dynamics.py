@@ -19,6 +19,7 @@ import jax
 import jax.numpy as jnp
 
 from wam_cast.arm.arm_chain import FRICTION_SPEED
+from wam_cast.batch.compilation import computed_once
 from wam_cast.batch.numbers import ArmNumbers, CastNumbers, StringNumbers
 from wam_cast.batch.vectors import Element, Matrix, Symmetric, Vector
 
@@ -98,6 +99,7 @@ class Articulated(NamedTuple):
         wanted = [torque[k] - axis.dot(p_n) for k, axis in enumerate(axes)]
         inverse = _inverse([[a.dot(b) for b in of_I] for a in axes], rotor_inertia)
         J, G = (tuple(_combined(inverse, of)) for of in (of_I, of_H))
+        J, G, wanted = computed_once((J, G, wanted))
         I, H, M = self.I, self.H, self.M  # noqa: E741
         for k in range(len(axes)):
             I, H, M = I.minus_outer(J[k], of_I[k]), H.minus_outer(J[k], of_H[k]), M.minus_outer(G[k], of_H[k])  # noqa: E741

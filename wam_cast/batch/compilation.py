@@ -23,4 +23,7 @@ def computed_once(values: Any) -> Any:
     XLA joins an operation to each of those that use its result, and computes the result as often. That saves the way through memory,
     which a graphics card waits for; a processor has it in its cache.
     """
-    return jax.lax.optimization_barrier(values) if jax.default_backend() == "cpu" else values
+    if jax.default_backend() != "cpu":
+        return values
+    once: Callable[[Any], Any] = jax.lax.optimization_barrier
+    return once(values)

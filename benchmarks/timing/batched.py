@@ -1,4 +1,7 @@
-"""How many casts a second the batched engine simulates, by batch size and precision, on one core or on a GPU."""
+"""How many casts a second the batched engine simulates, by batch size and precision, on one core or on a GPU.
+
+And what a step of the vector environment takes beside the engine alone.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from unittest.mock import patch
 
+import gymnasium
 import jax
 import numpy as np
 
@@ -14,11 +18,15 @@ from timing.clock import N_ROUNDS, ratio
 from wam_cast.batch import engine
 from wam_cast.cast import Cast
 from wam_cast.cli.terminal import out, print_table
+from wam_cast.environments.cast_task import CastTask
 from wam_cast.scenario import Scenario
 from wam_cast.simulation.simulator import CastSimulator
 
 N_BATCHES = 2
 """In a measurement."""
+
+N_EPISODES = 128
+"""Of the vector environment."""
 
 
 def print_batched(casts: Sequence[Cast], sizes: Sequence[int]) -> None:
@@ -48,6 +56,22 @@ def print_batched(casts: Sequence[Cast], sizes: Sequence[int]) -> None:
             compiled = f"{max(first - batched.min() * len(many), 0):.0f}"
             rows.append((precision, str(size), f"{1 / batched.min():.0f}", ratio(drake, batched), compiled))
     print_table(rows, ["precision", "batch", "casts a second", "Drake's time, of its", "compilation [s]"])
+    _print_vector_step(clock)
+
+
+def _print_vector_step(clock: Callable[[], float]) -> None:
+    envs, scenario = gymnasium.make_vec("wam_cast/Cast-v0", num_envs=N_EPISODES), Scenario()
+    envs.reset(seed=0)
+    actions = np.tile(CastTask(scenario).action(Cast(0.3, 0.6, 0.1)), (N_EPISODES, 1))
+    actions[:, 3] = np.linspace(-0.5, 0.5, N_EPISODES)
+    casts = [CastTask(scenario).cast(action) for action in actions]
+    step, alone = partial(envs.step, actions), partial(engine.simulate_batch, scenario, casts)
+    step()
+    pairs = np.array([(_seconds(step, clock), _seconds(alone, clock)) for _ in range(N_ROUNDS)])
+    seconds, of_engine = pairs.T
+    out.print(
+        f"a vector step of {N_EPISODES} casts: {np.median(seconds):.2f} s, {ratio(seconds, of_engine)} of the engine's time"
+    )
 
 
 def _seconds(run: Callable[[], object], clock: Callable[[], float]) -> float:

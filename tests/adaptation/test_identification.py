@@ -42,7 +42,7 @@ def _fewer_casts():
 
 @pytest.fixture(scope="module")
 def physics():
-    return PhysicalPrior(ROBOTS, n_casts=96)
+    return PhysicalPrior(ROBOTS, n_casts=64)
 
 
 @pytest.fixture(scope="module")
@@ -110,8 +110,8 @@ def test_a_turned_tilt_is_a_turned_cast(physics):
     np.testing.assert_allclose(found, tilted - upright, rtol=0, atol=2e-4)
 
 
-@pytest.mark.parametrize("bearing", [0.0, 0.5])
-def test_five_casts_identify_a_longer_string_and_a_heavier_ball(model, physics, bearing):
+def test_five_casts_identify_a_longer_string_and_a_heavier_ball(model, physics):
+    bearing = 0.5
     robot = Scenario.from_dict({"string": {"length": 0.612}, "ball": {"mass": 0.033}, "arm": {"coulomb_friction": 0.5}})
     seen, fresh = filling_casts(BELIEVED, 5), random_casts(60, seed=2)
     places = [from_casting_plane(*place, bearing) for place in landings(robot, seen)]

@@ -20,8 +20,8 @@ def compiled_by_jax(function: Callable[..., Any]) -> Callable[..., Any]:
 def computed_once(values: Any) -> Any:
     """Return arrays as they are, but let a processor compute them once.
 
-    XLA joins an operation to each of those that use its result, and computes the result as often. That saves the way through memory,
-    which a graphics card waits for; a processor has it in its cache.
+    XLA joins an operation to each of those that use its result, and computes it as often. That saves the way through memory, which
+    a graphics card waits for; a processor has the result in its cache.
     """
     if jax.default_backend() != "cpu":
         return values

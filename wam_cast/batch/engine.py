@@ -37,7 +37,7 @@ CPU_CHUNK = 16
 """Casts that a processor simulates at once: fewer do not fill its vector registers, and of more the shorter ones wait longer."""
 
 GPU_CHUNK = 8192
-"""Casts that any other device simulates at once, at most: about a gigabyte."""
+"""Casts that any other device simulates at once, at most: with torque noise one or two gigabytes."""
 
 STABLE_STEP = 2.0
 """Product of the string's fastest rate and a step up to which the method is stable, with a margin for a string that is pulled."""
@@ -266,9 +266,12 @@ class Batch:
         rows = [self.rows[i] for i in which]
         deviates = None
         if self.has_torque_noise:
-            # As many for all chunks: another number would be compiled anew.
+            # As much room for all chunks, and for other casts that last about as long: for another one is compiled anew.
             n_drawn = math.ceil((max(map(_n_samples, self.rows)) + POLL_PERIODS) / CHUNK)
-            deviates = np.stack([first_torque_deviates(self.seeds[i], n_drawn) for i in which], axis=-1)
+            room = CHUNK << (n_drawn - 1).bit_length()
+            deviates = np.zeros((room, N_ARM, len(which)))
+            for k, i in enumerate(which):
+                deviates[: n_drawn * CHUNK, :, k] = first_torque_deviates(self.seeds[i], n_drawn)
         return Chunk(stacked(rows), deviates, self.delay, n_steps, self.precision)
 
 

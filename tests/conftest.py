@@ -127,9 +127,21 @@ class InlineExecutor(Executor):
         return future
 
 
+class PicklingExecutor(InlineExecutor):
+    """Does so with a copy of what it is given, made as for another process."""
+
+    def submit(self, fn, /, *args):
+        return super().submit(pickle.loads(pickle.dumps(fn)), *args)
+
+
 @pytest.fixture
 def inline_executor():
     return InlineExecutor()
+
+
+@pytest.fixture
+def pickling_executor():
+    return PicklingExecutor()
 
 
 @pytest.fixture

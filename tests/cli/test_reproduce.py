@@ -1,7 +1,6 @@
 """`wam-cast reproduce` as its user meets it; what it computes is tested with the experiment itself."""
 
 import json
-import pickle
 import re
 from html.parser import HTMLParser
 from pathlib import Path
@@ -73,15 +72,11 @@ def test_a_folder_with_something_else_is_left_alone(cli, folder):
 
 
 @pytest.fixture
-def small(monkeypatch, inline_executor):
+def small(monkeypatch, pickling_executor):
     """Make quick runs small, and do their work in this process; what signals and kills do to others is tested in tests/faults."""
 
-    class Pickling(type(inline_executor)):
-        def submit(self, fn, /, *args):
-            return super().submit(pickle.loads(pickle.dumps(fn)), *args)
-
     def reproduce(*args, n_workers, **options):
-        return experiment.reproduce(*args, executor=Pickling(), n_workers=n_workers, **options)
+        return experiment.reproduce(*args, executor=pickling_executor, n_workers=n_workers, **options)
 
     monkeypatch.setattr(wc, "reproduce", reproduce, raising=False)
     monkeypatch.setattr(commands, "require_workable", lambda *_: None)

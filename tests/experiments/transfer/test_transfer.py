@@ -56,7 +56,11 @@ def test_a_run_is_kept_robot_by_robot_and_goes_on_to_the_same_report(tmp_path, m
     again = experiment.transfer(Scenario(), tmp_path / "run", 3, **options)
     assert studied == [0]  # that one alone
     names = [one.group.name for one in known]
-    assert names == ["x1", "x2", "x2"]  # and nothing is learned of the others once more, nor out of range what x1 has learned
+    assert names == [
+        "x1",
+        "x2",
+        "x2",
+    ]  # and nothing is learned of the others once more, nor out of range what x1 has learned
     pd.testing.assert_frame_equal(again.plans, first.plans, check_dtype=False)
     assert (tmp_path / "run" / "report.md").read_bytes() == report
 

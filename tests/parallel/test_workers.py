@@ -17,6 +17,10 @@ def test_processes_serve_all_batches_and_end_with_the_context(helper):
         assert others == []
         assert process != os.getpid()
         assert set(run_rows(helper.process, range(5), workers)) == {process}
+        rows = workers.run(helper.process, range(3))
+        assert [next(rows) for _ in range(3)] == [process] * 3
+        rows.close()  # by one who knows how many there are: nobody is at work
+        assert set(workers.run(helper.process, range(2))) == {process}
     with pytest.raises(ProcessLookupError):
         os.kill(process, 0)
 

@@ -79,11 +79,12 @@ class Workers:
             try:
                 pool = self._pool_for(data)
                 for result in _results(pool, function, rows[done:], deque()):
-                    yield result
                     done += 1
+                    yield result
             except BaseException as error:
                 # What was handed out and is not wanted any more must not keep the next batch waiting.
-                self.__exit__(type(error), error, error.__traceback__)
+                if done < len(rows):
+                    self.__exit__(type(error), error, error.__traceback__)
                 if not isinstance(error, BrokenProcessPool):
                     raise
             else:

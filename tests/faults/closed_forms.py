@@ -1,4 +1,4 @@
-"""Casts without physics, which land where a closed form says and take a moment, errors of fits that are not made, and figures with nothing in them."""
+"""Closed forms that take a moment each: casts without physics, errors of fits that are not made, and empty figures."""
 
 import math
 import time

@@ -18,7 +18,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.skipif(os.name != "posix", reason="l
 COMMANDS = {
     "generate": "generate --casts 120 --seed 5 --workers 1 --out made",
     "fit": "fit casts --out made.model",
-    "learn": "learn --robot casts/scenario.yaml --cup 0.75 --casts 8 --out made",
+    "learn": "learn --robot casts/scenario.yaml --cup 0.75 --casts 4 --out made",
 }
 CAP_DAC_OVERRIDE, PR_CAPBSET_DROP = 1, 24
 

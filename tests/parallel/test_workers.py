@@ -48,6 +48,11 @@ def test_a_batch_that_was_left_early_keeps_nobody_waiting(helper):
         assert time.perf_counter() - start < 20
 
 
+def test_what_the_rows_have_in_common_is_loaded_once(helper):
+    with Workers(1) as workers:
+        assert list(workers.run(helper.Loads(), range(100))) == [1] * 100
+
+
 def test_a_batch_that_failed_keeps_nobody_waiting(helper):
     with Workers(2) as workers:
         with pytest.raises(ZeroDivisionError, match="row 100"):

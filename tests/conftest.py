@@ -98,6 +98,19 @@ def death(row):
 def sleep(row):
     time.sleep(row)
 
+class Loads:
+    n = 0
+
+    def __reduce__(self):
+        return load, ()
+
+    def __call__(self, row):
+        return Loads.n
+
+def load():
+    Loads.n += 1
+    return Loads()
+
 def square(row):
     if row in (3, 11):
         die_twice(row)
@@ -127,9 +140,21 @@ class InlineExecutor(Executor):
         return future
 
 
+class PicklingExecutor(InlineExecutor):
+    """Does so with a copy of what it is given, made as for another process."""
+
+    def submit(self, fn, /, *args):
+        return super().submit(pickle.loads(pickle.dumps(fn)), *args)
+
+
 @pytest.fixture
 def inline_executor():
     return InlineExecutor()
+
+
+@pytest.fixture
+def pickling_executor():
+    return PicklingExecutor()
 
 
 @pytest.fixture

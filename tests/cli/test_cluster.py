@@ -65,14 +65,15 @@ def cluster(tmp_path):
     cluster.end()
 
 
-def test_a_cluster_without_workers_is_waited_for_aloud(cluster, start):
-    running = start("generate", "--casts", "3", "--out", "data", "--scheduler", cluster.address)
+def test_a_cluster_without_workers_is_waited_for_aloud(cluster, start, small_program):
+    words = ("generate", "--casts", "3", "--out", "data", "--scheduler", cluster.address)
+    running = start(*words, program=small_program)
     line = running.stderr.readline()
     assert line == f"waiting for workers: none has come yet; `dask worker {cluster.address}` starts one\n"
     cluster.worker()
     out, err = running.communicate(timeout=120)
     assert (running.returncode, err) == (0, "")
-    assert out.startswith("3 casts in data")
+    assert out.startswith("ready\n3 casts in data")
 
 
 def test_a_worker_that_cannot_import_the_package_is_named(cluster, process, small_program):

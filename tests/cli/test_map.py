@@ -195,15 +195,17 @@ def test_an_interruption_before_anything_is_finished_leaves_nothing_behind(cli, 
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
-def test_ctrl_c_amid_the_casts_shows_nothing_of_the_inside(start, folder):
-    words = "map --radii 2 --bearings 200 --planner gradient --workers 2 --out map.png"
-    running = start(*words.split())
+def test_ctrl_c_amid_the_casts_shows_nothing_of_the_inside(start, folder, small_program):
+    words = "map --radii 2 --bearings 400 --planner gradient --workers 2 --out map.png"
+    running = start(*words.split(), program=small_program)
     assert [running.stderr.readline() for _ in range(2)] == ["planning\n", "casting\n"]
-    time.sleep(3)  # workers start, then casts fly
+    while not list(folder.glob("map.png.unfinished/phases/*.json")):  # workers start, then casts fly
+        assert running.poll() is None, running.communicate()
+        time.sleep(0.05)
     os.killpg(running.pid, signal.SIGINT)
     out, err = running.communicate(timeout=60)
-    assert (running.returncode, out) == (130, "")
-    assert re.fullmatch(r"(finished casts are kept in map\.png\.unfinished\. Go on with: .*\n)?interrupted\n", err)
+    assert (running.returncode, out) == (130, "ready\n")
+    assert re.fullmatch(r"finished casts are kept in map\.png\.unfinished\. Go on with: .*\ninterrupted\n", err)
     assert not (folder / "map.png").exists()
 
 

@@ -88,6 +88,12 @@ def without_physics():
         yield patch
 
 
+@pytest.fixture(scope="session", name="without_physics")
+def context_without_physics():
+    """Return the context manager, for what several tests share."""
+    return without_physics
+
+
 @pytest.fixture
 def no_physics():
     """Work without physics and without processes, on small runs."""

@@ -21,11 +21,12 @@ N_CASTS, N_CUPS = 120, 6
     [{"string": {"length": 0.40}}, {"string": {"length": 0.40}, "cup": {"rim_height": 0.30}}],
     ids=["a string of 0.40 m", "a rim at 0.30 m"],
 )
-def test_each_cup_is_caught_or_refused_beforehand(values):
+def test_each_cup_is_caught_or_refused_beforehand(values, inline_executor):
     pytest.importorskip("jax")  # Drake would take two minutes for the casts
     scenario = Scenario.from_dict(values)
     try:
-        model = ForwardModel.fit(generate_dataset(scenario, N_CASTS, seed=0, engine="batch", n_workers=1))
+        # In this process, which compiles the engine once for both.
+        model = ForwardModel.fit(generate_dataset(scenario, N_CASTS, seed=0, engine="batch", executor=inline_executor))
     except InputError as error:
         assert "mends it" in str(error)
         return

@@ -1,12 +1,14 @@
-"""Casts without physics, which land where a closed form says and take a moment, and figures with nothing in them."""
+"""Closed forms that take a moment each: casts without physics, errors of fits that are not made, and empty figures."""
 
 import math
 import time
+from functools import partial
 
 import numpy as np
 
 from wam_cast.generation.sampling import sample_cast
 from wam_cast.learning import dataset
+from wam_cast.parallel.workers import run_rows
 
 SECONDS = 0.005
 """That a cast takes: enough to be ended in the middle of."""
@@ -66,13 +68,22 @@ def simulate_cast(scenario, cast, cup, *, noise_seed, belief=None):
     )
 
 
-def draw(findings, folder, number):
+def run_job(jobs, bounds, train, validation, seed, number):
+    time.sleep(SECONDS)
+    name, size, repeat = jobs[number]
+    return (len(name) + repeat) / size
+
+
+def draw_figures(names, findings, folder, executor):
+    return run_rows(partial(draw, names, folder), range(len(names)), executor)
+
+
+def draw(names, folder, number):
     from matplotlib.figure import Figure
 
-    from wam_cast.experiments.paper.report_figures import CAPTIONS
     from wam_cast.visualization.picture_files import write_figure
 
-    name = list(CAPTIONS)[number]
+    name = names[number]
     for suffix in ("png", "pdf"):
         write_figure(Figure(figsize=(2, 1)), folder / f"{name}.{suffix}")
     return name

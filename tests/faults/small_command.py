@@ -6,6 +6,7 @@ It says "ready" when it begins. What worker processes are given to do is in `clo
 """
 
 import sys
+from functools import partial
 
 import closed_forms
 
@@ -19,11 +20,10 @@ if sys.argv[1] in ("map", "reproduce"):  # what these import takes the others a 
 
     trials._execute = closed_forms.execute
 if sys.argv[1] == "reproduce":
-    from wam_cast.experiments.paper import learning_curves, report_figures, settings
+    from wam_cast.experiments.paper import learning_curves, report_figures, reproduce, settings
 
-    learning_curves.SIZES, own = (), ("KRR, ARD length scales", "nearest neighbour")
-    learning_curves._FITS = {name: learning_curves._FITS[name] for name in own}
-    report_figures._draw_and_write = closed_forms.draw
+    learning_curves._run_job = closed_forms.run_job
+    reproduce.draw_figures = partial(closed_forms.draw_figures, list(report_figures.CAPTIONS))
     settings.QUICK = {"n_casts": 85, "n_cups": 2, "n_repeats": 1}
 if sys.argv[1] == "learn":
     from wam_cast.adaptation import robot

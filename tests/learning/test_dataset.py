@@ -25,6 +25,7 @@ from wam_cast.storage import dataset_directory as storage
 
 SCENARIO = Scenario()
 ROOT = Path(__file__).parents[2]
+FAULTS = Path(__file__).parents[1] / "faults"
 
 
 class InlineExecutor(Executor):
@@ -430,7 +431,7 @@ def run_script(script, *arguments):
 
 
 def script_environment():
-    return os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), *filter(None, sys.path)])}
+    return os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), str(FAULTS), *filter(None, sys.path)])}
 
 
 @pytest.fixture(scope="module")
@@ -506,6 +507,10 @@ import wam_cast as wc
 
 if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    if sys.argv[2] == "by closed forms":
+        import closed_forms
+        from wam_cast.learning import dataset
+        dataset.simulate_row = closed_forms.row
     wc.generate_dataset(
         wc.Scenario(), 100_000, n_workers=2, directory=sys.argv[1], on_progress=lambda done, n: print(done, flush=True)
     )
@@ -517,10 +522,10 @@ def start_run(tmp_path):
     """Start a long run into `tmp_path / "data"`, in a process group of its own, and return it after so many casts."""
     runs = []
 
-    def start(n_casts):
+    def start(n_casts, how="by Drake"):
         (tmp_path / "script.py").write_text(MANY_CASTS)
         run = subprocess.Popen(
-            [sys.executable, tmp_path / "script.py", tmp_path / "data"],
+            [sys.executable, tmp_path / "script.py", tmp_path / "data", how],
             env=script_environment(),
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -549,7 +554,7 @@ def interrupt(run):
 
 @pytest.mark.slow
 def test_ctrl_c_ends_a_run_soon_and_keeps_finished_parts(start_run, tmp_path):
-    errors = interrupt(start_run(55))
+    errors = interrupt(start_run(55, how="by closed forms"))
     assert errors.splitlines()[-1] == "KeyboardInterrupt"
     assert errors.count("Traceback") == 1
     assert (tmp_path / "data" / "casts" / "part-00000.parquet").exists()

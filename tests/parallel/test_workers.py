@@ -17,6 +17,10 @@ def test_processes_serve_all_batches_and_end_with_the_context(helper):
         assert others == []
         assert process != os.getpid()
         assert set(run_rows(helper.process, range(5), workers)) == {process}
+        rows = workers.run(helper.process, range(3))
+        assert [next(rows) for _ in range(3)] == [process] * 3
+        rows.close()  # by one who knows how many there are: nobody is at work
+        assert set(workers.run(helper.process, range(2))) == {process}
     with pytest.raises(ProcessLookupError):
         os.kill(process, 0)
 
@@ -42,6 +46,11 @@ def test_a_batch_that_was_left_early_keeps_nobody_waiting(helper):
         results.close()
         assert list(workers.run(helper.square, [2])) == [4]
         assert time.perf_counter() - start < 20
+
+
+def test_what_the_rows_have_in_common_is_loaded_once(helper):
+    with Workers(1) as workers:
+        assert list(workers.run(helper.Loads(), range(100))) == [1] * 100
 
 
 def test_a_batch_that_failed_keeps_nobody_waiting(helper):

@@ -17,9 +17,6 @@ from collections.abc import Callable
 from itertools import accumulate
 
 import numpy as np
-from scipy.interpolate import BPoly
-from scipy.optimize import brentq
-from scipy.special import comb
 
 from wam_cast.arm.arm_model import arm_model
 from wam_cast.motion.pendulum import Pendulum, hand_above, pendulum_derivatives
@@ -155,6 +152,8 @@ class Return:
 
         if room(LEAST_CLIMB_SLANT) >= 0:
             return LEAST_CLIMB_SLANT
+        from scipy.optimize import brentq  # takes a quarter of a second, which other cups do without
+
         return float(brentq(room, LEAST_CLIMB_SLANT, LARGEST_SLANT)) if room(LARGEST_SLANT) >= 0 else None
 
     def _reach(self, height: float) -> float:
@@ -203,16 +202,29 @@ class _Polynomial:
     """
 
     def __init__(self, start: list[Array] | Array, end: list[Array] | Array, duration: float, n: int) -> None:
-        path = BPoly.from_derivatives([0.0, duration], [start, end])
-        degree = len(path.c) - 1
+        degree = len(start) + len(end) - 1
+        c = np.vstack([_beside(start, duration, degree), _beside(end, -duration, degree)[::-1]])
         self._duration, self._powers = duration, np.arange(degree + 1)
-        coefficients = [_raised(path.derivative(order).c[:, 0], degree) for order in range(n)]
-        self._coefficients = comb(degree, self._powers)[:, np.newaxis] * np.hstack(coefficients)
+        # The derivative's coefficients are the differences of the path's, times degree / duration.
+        rates = [math.perm(degree, order) / duration**order for order in range(n)]
+        coefficients = [_raised(rate * np.diff(c, order, axis=0), degree) for order, rate in enumerate(rates)]
+        binomials = np.array([[math.comb(degree, power)] for power in self._powers], dtype=float)
+        self._coefficients = binomials * np.hstack(coefficients)
 
     def __call__(self, t: float) -> Array:
         """Return the path's place (2,) and its derivatives at time `t` [s], shape (n, 2)."""
         u = t / self._duration
         return np.asarray(u**self._powers * (1.0 - u) ** self._powers[::-1] @ self._coefficients).reshape(-1, 2)
+
+
+def _beside(derivatives: list[Array] | Array, duration: float, degree: int) -> Array:
+    """Return a polynomial's first coefficients in Bernstein's basis, (k, 2), given its value and k - 1 derivatives where it begins.
+
+    With a negative `duration` they are the last ones, backwards, given the same where it ends. The j-th forward difference at the
+    first coefficient is the j-th derivative times duration^j (degree - j)! / degree! (Farin, Curves and Surfaces for CAGD, ch. 5).
+    """
+    differences = [value * duration**j / math.perm(degree, j) for j, value in enumerate(derivatives)]
+    return np.array([sum(math.comb(q, j) * differences[j] for j in range(q + 1)) for q in range(len(differences))])
 
 
 def _raised(c: Array, degree: int) -> Array:

@@ -18,6 +18,7 @@ from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing, nullcontext
+from functools import lru_cache, partial
 from multiprocessing.connection import Connection
 from typing import Any, Self, TypeVar
 
@@ -78,12 +79,13 @@ class Workers:
         while done < len(rows):
             try:
                 pool = self._pool_for(data)
-                for result in _results(pool, function, rows[done:], deque()):
-                    yield result
+                for result in _results(pool, partial(_call, data), rows[done:], deque()):
                     done += 1
+                    yield result
             except BaseException as error:
                 # What was handed out and is not wanted any more must not keep the next batch waiting.
-                self.__exit__(type(error), error, error.__traceback__)
+                if done < len(rows):
+                    self.__exit__(type(error), error, error.__traceback__)
                 if not isinstance(error, BrokenProcessPool):
                     raise
             else:
@@ -173,6 +175,16 @@ def _results(
             yield pending.popleft().result()
     while pending:
         yield pending.popleft().result()
+
+
+def _call(data: bytes, row: int) -> Any:
+    """Return what a pickled function gives for a row; what workers run. Each loads it once, however many rows it has."""
+    return _loaded(data)(row)
+
+
+@lru_cache(maxsize=1)
+def _loaded(data: bytes) -> Any:
+    return pickle.loads(data)
 
 
 def _needs_main(data: bytes) -> bool:

@@ -9,7 +9,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from wam_cast.perception.pinhole import Camera
 from wam_cast.types import Array
@@ -60,6 +59,8 @@ def triangulate(cameras: Sequence[Camera], detections: Array, p_WE: Array, lengt
     length
         Of the string, to within `LENGTH_STD` [m].
     """
+    from scipy.optimize import least_squares  # takes a quarter of a second, which robots without cameras do without
+
     seen = visible_part(detections)
     std = pixel_std(detections)
     across = across_plane(p_WE)

@@ -25,7 +25,6 @@ from pydrake.multibody.tree import (
     UnitInertia,
     UniversalJoint,
 )
-from scipy.optimize import brentq
 
 from wam_cast.arm.arm_model import arm_model
 from wam_cast.arm.posture import base_rotation
@@ -132,6 +131,7 @@ def hunt_crossley_dissipation(restitution: float) -> float:
     Along the motion v dv/dx = -(k / m) x (1 + d v), which integrates to a - ln(1 + a) = -b - ln(1 - b) for d times the speed
     before (a) and after (b): Hunt and Crossley, Coefficient of Restitution Interpreted as Damping in Vibroimpact, 1975.
     """
+    from scipy.optimize import brentq  # takes a quarter of a second, which a cast without a cup does without
 
     def mismatch(a: float) -> float:
         b = restitution * a

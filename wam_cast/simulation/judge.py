@@ -6,8 +6,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
-from scipy.optimize import brentq
 
 from wam_cast.casting_plane import to_casting_plane
 from wam_cast.motion.polling import SLACK_MARGIN, TRACKING_SAMPLES
@@ -177,11 +175,25 @@ def find_crossing(track: BallTrack, height: float) -> Crossing | None:
     if len(falling) == 0:
         return None
     pair = slice(falling[0], falling[0] + 2)
-    times = track.times[pair]
-    path = CubicHermiteSpline(times, track.p_WL[pair], track.v_WL[pair])
-    is_down = path(times[1])[2] <= height  # rounding may say no of a sample in the plane itself
-    time = float(brentq(lambda t: path(t)[2] - height, *times, xtol=1e-12) if is_down else times[1])
-    return Crossing(time, path(time), path(time, 1))
+    (start, end), p, v = track.times[pair], track.p_WL[pair], track.v_WL[pair]
+    above, below = 0.0, 1.0  # shares of the way from one sample to the next, halved to the last digit
+    while above < (middle := (above + below) / 2) < below:
+        if _between(p[:, 2], v[:, 2], end - start, middle)[0] > height:
+            above = middle
+        else:
+            below = middle
+    return Crossing(float(start + below * (end - start)), *_between(p, v, end - start, below))
+
+
+def _between(p: Array, v: Array, duration: float, u: float) -> tuple[Array, Array]:
+    """Return place and velocity at the share `u` of the way, given both at its ends, in each row one: Hermite's cubic."""
+    left = 1.0 - u
+    place = (
+        left * left * (1 + 2 * u) * p[0]
+        + u * u * (1 + 2 * left) * p[1]
+        + u * left * duration * (left * v[0] - u * v[1])
+    )
+    return place, 6 * u * left / duration * (p[1] - p[0]) + left * (1 - 3 * u) * v[0] + u * (3 * u - 2) * v[1]
 
 
 def angle_from_vertical(velocity: Array) -> float:

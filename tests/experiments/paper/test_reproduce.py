@@ -3,6 +3,7 @@
 import json
 import math
 from contextlib import contextmanager
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -18,17 +19,44 @@ from wam_cast.experiments.paper.report_figures import CAPTIONS
 from wam_cast.learning.parts import Parts
 from wam_cast.planning.prediction import OUTPUTS
 
+PHASES = ("describe_samples", "select_models", "compare", "learn_with_fewer_casts")
+"""That take the split."""
 
-@pytest.fixture
-def reproduce(no_physics, monkeypatch, tmp_path):
-    """Return a function that runs the experiment without physics and without its report."""
-    monkeypatch.setattr(run, "write_report", lambda *_: None)
-    monkeypatch.setattr(run, "draw_figures", lambda *_: iter(CAPTIONS))
 
-    def function(name="run", **options):
-        return run.reproduce(wc.Scenario(), tmp_path / name, quick=True, **options)
+@pytest.fixture(scope="module")
+def watched(tmp_path_factory, without_physics):
+    """Return the findings of a run of seed 2 without physics and without its report, and what was seen of it."""
+    seen = SimpleNamespace(progress={}, order=[], parts=[], limits=[])
 
-    return function
+    def noted(owner, name, note):
+        function = getattr(owner, name)
+        patch.setattr(owner, name, lambda *args: note(*args) or function(*args))
+
+    def report(title, done, total):
+        if title not in seen.progress:
+            seen.limits.append(title)
+        seen.progress.setdefault(title, []).append((done, total))
+
+    @contextmanager
+    def limits(number):
+        seen.limits.append(number)
+        with threadpool_limits(number):
+            yield
+        seen.limits.append("end")
+
+    with without_physics() as patch:
+        patch.setattr(run, "write_report", lambda *_: None)
+        patch.setattr(run, "draw_figures", lambda *_: seen.limits.append("drawing") or iter(CAPTIONS))
+        patch.setattr(run, "threadpool_limits", limits)
+        noted(Parts, "open_test", lambda _: seen.order.append("open"))
+        noted(comparison, "_fit", lambda *_: seen.order.append("fit"))
+        for name in PHASES:
+            noted(
+                run, name, lambda *args, name=name: seen.parts.extend((name, a) for a in args if isinstance(a, Parts))
+            )
+        folder = tmp_path_factory.mktemp("watched") / "run"
+        seen.findings = run.reproduce(wc.Scenario(), folder, quick=True, seed=2, on_progress=report)
+    return seen
 
 
 def numbers(findings):
@@ -46,23 +74,24 @@ def numbers(findings):
 
 
 @pytest.mark.slow
-def test_same_seed_same_numbers_and_another_seed_others(finished, reproduce):
-    again, other = (reproduce(name, seed=seed) for name, seed in (("again", 0), ("other", 2)))
-    assert numbers(again) == numbers(finished[0])
-    assert numbers(other)["samples"]["distance"] != numbers(again)["samples"]["distance"]
-
-
-@pytest.mark.slow
-def test_an_interrupted_run_goes_on_and_finds_the_same(finished, reproduce):
+def test_an_interrupted_run_goes_on_and_finds_the_same_and_another_seed_finds_others(
+    finished, watched, no_physics, monkeypatch, tmp_path
+):
     def interrupt(title, done, _):
         if title == "execution" and done == 2:
             raise KeyboardInterrupt
 
+    def reproduce(on_progress):
+        return run.reproduce(wc.Scenario(), tmp_path / "cut", quick=True, on_progress=on_progress)
+
+    monkeypatch.setattr(run, "write_report", lambda *_: None)
+    monkeypatch.setattr(run, "draw_figures", lambda *_: iter(CAPTIONS))
     with pytest.raises(KeyboardInterrupt):
-        reproduce("cut", on_progress=interrupt)
+        reproduce(interrupt)
     seen = set()
-    whole = reproduce("cut", on_progress=lambda title, *_: seen.add(title))
+    whole = reproduce(lambda title, *_: seen.add(title))
     assert numbers(whole) == numbers(finished[0])
+    assert numbers(watched.findings)["samples"]["distance"] != numbers(whole)["samples"]["distance"]
     assert "casts" not in seen  # finished before
     assert "comparison" not in seen
     assert "execution" in seen
@@ -79,10 +108,8 @@ def test_a_finished_run_computes_nothing_again(no_physics, finished, monkeypatch
 
 
 @pytest.mark.slow
-def test_every_phase_reports_from_none_to_all(reproduce):
-    seen = {}
-    reproduce(on_progress=lambda title, done, total: seen.setdefault(title, []).append((done, total)))
-    for title, steps in seen.items():
+def test_every_phase_reports_from_none_to_all(watched):
+    for title, steps in watched.progress.items():
         dones = [done for done, _ in steps]
         assert dones == sorted(dones), title
         assert dones[-1] == steps[-1][1], title
@@ -90,56 +117,26 @@ def test_every_phase_reports_from_none_to_all(reproduce):
 
 
 @pytest.mark.slow
-def test_test_part_is_opened_once_and_last(reproduce, monkeypatch):
-    events = []
-    open_test, fit = Parts.open_test, comparison._fit
-    monkeypatch.setattr(Parts, "open_test", lambda self: events.append("open") or open_test(self))
-    monkeypatch.setattr(comparison, "_fit", lambda *args: events.append("fit") or fit(*args))
-    reproduce()
+def test_test_part_is_opened_once_and_last(watched):
     # Once for the casts without noise, after all fits, and once for those with noise.
-    assert events.count("open") == 2
-    assert "fit" not in events[events.index("open") :]
+    assert watched.order.count("open") == 2
+    assert "fit" in watched.order
+    assert "fit" not in watched.order[watched.order.index("open") :]
 
 
 @pytest.mark.slow
-def test_all_phases_share_one_split(reproduce, monkeypatch):
-    seen = []
-
-    def spied(name):
-        function = getattr(run, name)
-
-        def spy(*args):
-            seen.extend((name, arg) for arg in args if isinstance(arg, Parts))
-            return function(*args)
-
-        return spy
-
-    phases = ("describe_samples", "select_models", "compare", "learn_with_fewer_casts")
-    for name in phases:
-        monkeypatch.setattr(run, name, spied(name))
-    reproduce()
-    assert tuple(name for name, _ in seen) == phases
-    assert len({id(parts) for _, parts in seen}) == 1
+def test_all_phases_share_one_split(watched):
+    assert tuple(name for name, _ in watched.parts) == PHASES
+    assert len({id(parts) for _, parts in watched.parts}) == 1
     with pytest.raises(RuntimeError, match="opened already"):
-        seen[0][1].open_test()
+        watched.parts[0][1].open_test()
 
 
 @pytest.mark.slow
-def test_a_run_uses_one_thread_for_each_process(reproduce, monkeypatch):
-    events = []
-
-    @contextmanager
-    def limits(number):
-        events.append(number)
-        with threadpool_limits(number):
-            yield
-        events.append("end")
-
-    monkeypatch.setattr(run, "threadpool_limits", limits)
-    monkeypatch.setattr(run, "draw_figures", lambda *_: events.append("figures") or iter(CAPTIONS))
-    reproduce(on_progress=lambda title, *_: title in events or events.append(title))
-    assert (events[0], events[-1]) == (1, "end")
-    assert {"casts", "comparison", "noise", "figures"} <= set(events[1:-1])
+def test_a_run_uses_one_thread_for_each_process(watched):
+    assert (watched.limits[0], watched.limits[-1]) == (1, "end")
+    assert watched.limits.count("end") == 1
+    assert {"casts", "comparison", "noise", "drawing"} <= set(watched.limits[1:-1])
 
 
 def test_samples_are_described_by_the_training_casts():

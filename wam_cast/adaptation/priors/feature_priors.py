@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.linalg import solve_triangular
-from scipy.stats import qmc
 
 from wam_cast.adaptation.priors.offset import Offset, OffsetLinearization
 from wam_cast.cast import cast_bounds
@@ -112,6 +111,8 @@ class SmoothOffset(FeaturePrior):
     n_features = 2**N_CENTERS_LOG2
 
     def __init__(self, scenario: Scenario, scale: float = 1.0) -> None:
+        from scipy.stats import qmc  # takes a second, which the other priors do without
+
         super().__init__(scenario, scale)
         self._centers = qmc.Sobol(3, seed=0).random_base2(N_CENTERS_LOG2)
         kernel = _kernel(self._centers, self._centers) + 1e-6 * np.eye(self.n_features)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.stats import qmc
 
 from wam_cast.cast import cast_bounds, is_allowed
 from wam_cast.scenario import Scenario
@@ -16,6 +15,8 @@ ends of the reach are cast at from there."""
 
 def filling_casts(scenario: Scenario, n_casts: int) -> Array:
     """Return casts `[distance, speed, wait]` by Sobol's sequence, shape (n_casts, 3); more of them begin with the same ones."""
+    from scipy.stats import qmc  # takes a second, which a model that is only read does without
+
     lower, upper = cast_bounds(scenario)
     drawn = qmc.Sobol(3, seed=0).random_base2((4 * n_casts - 1).bit_length())  # of a power of two they are even
     within = np.clip((1 + 2 * BEYOND) * drawn - BEYOND, 0.0, 1.0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import Executor
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -138,7 +138,11 @@ def _studies(
     todo = [row for row, one in enumerate(found) if one is None]
     on_progress("what is known", 0, len(groups))
     asked = {each[row][0].name for row in todo}
-    known = {group.name: _Knowledge.of(settings, group, believed) for group in groups if group.name in asked}
+    known: dict[str, _Knowledge] = {}
+    for group in groups:
+        if group.name in asked:
+            same = next((one for one in known.values() if one.group.expected is group.expected), None)
+            known[group.name] = replace(same, group=group) if same else _Knowledge.of(settings, group, believed)
     done = len(found) - len(todo)
     on_progress("robots", done, len(found))
     with closing(run_rows(partial(_study, known, each), todo, executor)) as studies:

@@ -180,6 +180,17 @@ def simulate_first_rows(scenario, seed, row, *, make_controller=None):
     return first | cast_columns(row, cast) | dict(zip(OUTPUTS, map(float, predicted), strict=True))
 
 
+@cache
+def previewed(scenario):
+    return preview.preview_scenario(scenario)
+
+
+def preview_once(scenario, *, ends_early=False):
+    """Preview a scenario as `preview_scenario` does, or remember it; so few casts end no earlier."""
+    assert CHECKED_CASTS == preview.FEWEST_CASTS
+    return previewed(scenario)
+
+
 record_sequence = wc.CastSimulator.record_sequence
 
 
@@ -213,6 +224,7 @@ def run(monkeypatch, capsys, inline_executor):
     monkeypatch.setattr(trials, "run_rows", run_rows_here)
     monkeypatch.setattr(model_choice, "TRAINING_CASTS", TRAINING_CASTS)
     monkeypatch.setattr(preview, "N_CASTS", CHECKED_CASTS)
+    monkeypatch.setattr(wc, "preview_scenario", preview_once)
 
     def call(line):
         capsys.readouterr()

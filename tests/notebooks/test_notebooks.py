@@ -66,7 +66,7 @@ CHECKS = {
     ],
     "06_your_own_scenario": [
         "'string.length' in refusal and 'allow less than' in refusal",
-        "scenario.ball.mass == 0.045 and len(data) == 80",
+        "scenario.ball.mass == 0.045 and len(data) == 60",
         "set(table['status']) == {'caught'}",
         "table['executed miss [mm]'].max() < 5",
         "recording.outcome.is_caught",

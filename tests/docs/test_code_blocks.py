@@ -58,6 +58,8 @@ CHEAPER = {
     "wam-cast throw --cup 0.75 --replay slow.html --animation slow.gif --speed 0.25": (
         "wam-cast throw --cup 0.75 --replay slow.html --speed 0.25"
     ),
+    # Cup after cup is README's.
+    "wam-cast throw --model longer.model --cup 0.7 --cup 0.45,0.3": "wam-cast throw --model longer.model --cup 0.7",
     "wam-cast crosscheck": "wam-cast crosscheck --casts 1",
     "wam-cast learn --robot robot.yaml --cup 0.75 --casts 5 --out campaign": (
         "wam-cast learn --robot robot.yaml --cup 0.75 --casts 2 --out campaign"

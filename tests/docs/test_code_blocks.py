@@ -87,8 +87,14 @@ CHECKED_CASTS = 8
 
 CHEAPER_PYTHON = {
     "CANDIDATES, CUPS = 16, 8\n": "CANDIDATES, CUPS = 8, 8\n",
-    # One picture in place of the mean of several.
-    '{"cameras": {"number": 2}}': '{"cameras": {"number": 2, "exposure": 0.0}}',
+    # Smaller pictures, each one in place of the mean of several, and fewer of them.
+    '{"cameras": {"number": 2}}': '{"cameras": {"number": 2, "width": 320, "height": 240, "exposure": 0.0}}',
+    "    start=0.5,\n": "    start=0.7,\n",
+    'write_animation(recording, "cast.gif", speed=2.0)': 'write_animation(recording, "cast.gif", speed=8.0)',
+    # Replays of the way home too are README's.
+    ".record(plan.cast, plan.cup)\n": ".record(plan.cast, plan.cup, returns=False)\n",
+    "n_casts=4, seed=0, n_workers=1": "n_casts=2, seed=0, n_workers=1",
+    "n_casts=4, seed=0, executor=executor": "n_casts=2, seed=0, executor=executor",
 }
 """The same for what stands in Python."""
 

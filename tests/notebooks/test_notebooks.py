@@ -81,6 +81,15 @@ CHECKS = {
 }
 """By notebook, what must be true after it ran."""
 
+CHEAPER = {
+    "05_planning": {
+        "np.linspace(0.3, 0.95, 8)": "np.linspace(0.3, 0.95, 5)",
+        "range(20)": "range(8)",
+        ", (0.9, 20), (0.6, 140))": ", (0.9, 20))",
+    }
+}
+"""By notebook, what readers see many casts of, to be convinced, and what runs instead: the casts that are checked are among them."""
+
 
 def warnings_of(executed):
     """Return all that the notebook's cells wrote to the standard error."""
@@ -99,6 +108,9 @@ def test_every_notebook_has_its_checks(notebook_paths):
 @pytest.mark.parametrize("name", CHECKS)
 def test_notebook_runs_and_its_results_are_right(name, notebook_paths, committed, run_notebook):
     notebook = nbformat.reads(committed(notebook_paths[name]), as_version=4)
+    for words, cheaper in CHEAPER.get(name, {}).items():
+        (cell,) = (cell for cell in notebook.cells if cell.cell_type == "code" and words in cell.source)
+        cell.source = cell.source.replace(words, cheaper)
     executed = run_notebook(notebook, after=[f"assert {check}" for check in CHECKS[name]])
     assert warnings_of(executed) == ""
 

@@ -88,7 +88,7 @@ CHEAPER = {
         ", (0.9, 20), (0.6, 140))": ", (0.9, 20))",
     }
 }
-"""By notebook, what readers see many casts of, to be convinced, and what runs instead: the casts that are checked are among them."""
+"""By notebook, what shows readers many casts, to convince them, and what runs instead."""
 
 
 def warnings_of(executed):

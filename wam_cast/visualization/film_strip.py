@@ -76,21 +76,15 @@ def choose_moments(recording: CastRecording) -> list[int]:
 
 
 def render_frames(
-    recording: CastRecording,
-    samples: Sequence[int],
-    size: tuple[int, int] = FRAME_SIZE,
-    *,
-    among: Sequence[int] | None = None,
+    recording: CastRecording, samples: Sequence[int], size: tuple[int, int] = FRAME_SIZE
 ) -> Iterator[Frame]:
     """Render `samples` of a recording, which must be finite, off screen, all from one place that sees the whole cast.
 
-    `size` is the width and height of a frame [pixels]. The place is such that the arm is seen in all samples `among` which these
-    are; by default there are no others.
+    `size` is the width and height of a frame [pixels].
     """
     bearing = recording.cast.bearing
     scene = CastScene(recording.scenario, recording.cup, light_bearing=bearing)
-    points = scene.points_to_show(recording, samples if among is None else among)
-    camera = Camera.framing(points, view_rotation(bearing, TURN, ELEVATION), size)
+    camera = Camera.framing(scene.points_to_show(recording, samples), view_rotation(bearing, TURN, ELEVATION), size)
     for sample in samples:
         scene.show(recording, sample)
         yield Frame(sample, camera, scene.render(camera), scene.string())

@@ -47,9 +47,9 @@ class ThisPython(AsyncKernelManager):
     )
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def kernel(tmp_path_factory):
-    """Return the kernel of a module's notebooks: to start one and to load Drake takes as long as many a notebook."""
+    """Return the kernel of all notebooks: to start one and to load Drake takes as long as many a notebook."""
     environment = {name: value for name, value in os.environ.items() if name not in FORGOTTEN}
     environment["IPYTHONDIR"] = str(tmp_path_factory.mktemp("ipython"))  # nobody's startup files
     manager = ThisPython()

@@ -37,6 +37,9 @@ CHECKS = {
 }
 """By exercise, what must be true after its solution ran."""
 
+CHEAPER = {("04_planning_under_uncertainty", "execute"): ("range(12)", "range(6)")}
+"""By exercise and cell, what it casts often, to show a share, and what runs instead."""
+
 BOUNCES = "05_contact_and_restitution"
 
 
@@ -123,6 +126,10 @@ def test_solved_exercises_run_and_their_results_are_right(exercise_paths, commit
         solved = {task: text for task, (_, text) in functions_of(source).items()}
         verdicts = [f"assert check({task}).is_right, {task!r}" for task in solved]
         sources = {cell["id"]: "".join(cell["source"]) for cell in cells_of(committed(path))}
+        for (exercise, key), (words, cheaper) in CHEAPER.items():
+            if exercise == name:
+                assert words in sources[key]
+                sources[key] = sources[key].replace(words, cheaper)
         checked = {f"{task}-check" for task in solved}
         cells += ["%reset -f", "\n".join(map(ast.unparse, imports))]
         cells += [solved.get(key, text) for key, text in sources.items() if key not in checked]

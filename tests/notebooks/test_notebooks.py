@@ -41,7 +41,7 @@ CHECKS = {
         "abs(utilization['velocity'][cast_part.stages <= 3].max(axis=0)[3] - outcome.peak_velocity_utilization[3]) < 0.02",
         "abs(np.interp(outcome.crossing_time, cast_part.times, slack) - outcome.slack) < 2e-3",
         "abs(slack[cast_part.times < 0.9]).max() < 1e-3",
-        "len(frames) == len(moments)",
+        "all(draw_moment(number).axes for number in (0, landing + 1, len(moments) - 1))",
     ],
     "04_data_and_model": [
         "(len(few), len(data)) == (10, 1700)",
@@ -81,6 +81,15 @@ CHECKS = {
 }
 """By notebook, what must be true after it ran."""
 
+CHEAPER = {
+    "05_planning": {
+        "np.linspace(0.3, 0.95, 8)": "np.linspace(0.3, 0.95, 5)",
+        "range(20)": "range(8)",
+        ", (0.9, 20), (0.6, 140))": ", (0.9, 20))",
+    }
+}
+"""By notebook, what shows readers many casts, to convince them, and what runs instead."""
+
 
 def warnings_of(executed):
     """Return all that the notebook's cells wrote to the standard error."""
@@ -99,6 +108,9 @@ def test_every_notebook_has_its_checks(notebook_paths):
 @pytest.mark.parametrize("name", CHECKS)
 def test_notebook_runs_and_its_results_are_right(name, notebook_paths, committed, run_notebook):
     notebook = nbformat.reads(committed(notebook_paths[name]), as_version=4)
+    for words, cheaper in CHEAPER.get(name, {}).items():
+        (cell,) = (cell for cell in notebook.cells if cell.cell_type == "code" and words in cell.source)
+        cell.source = cell.source.replace(words, cheaper)
     executed = run_notebook(notebook, after=[f"assert {check}" for check in CHECKS[name]])
     assert warnings_of(executed) == ""
 

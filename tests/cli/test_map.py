@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 
 import wam_cast as wc
-from wam_cast.errors import MachineError
-from wam_cast.experiments import floor_map, trials
+from wam_cast.errors import InputError, MachineError
+from wam_cast.experiments import floor_map, floor_picture, trials
 
 SMALL = ("--radii", "3", "--bearings", "4")
 
@@ -179,6 +179,36 @@ def test_a_map_that_the_machine_ends_says_how_to_go_on(cli, folder, monkeypatch)
     *_, line, last = result.err.splitlines()
     assert "Go on with: wam-cast map --out map.png --radii 3 --bearings 4" in line
     assert last == "error: row 3: its process died 4 times"
+
+
+@pytest.mark.usefixtures("floor_without_physics")
+def test_a_map_that_finds_no_room_says_what_is_kept_and_how_to_go_on(cli, folder, monkeypatch):
+    def full(*_):
+        raise InputError("map.png cannot be written (No space left on device)")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(floor_picture, "write_floor_picture", full)
+        result = cli("map", "--out", "map.png", *SMALL)
+        other = cli("map", "--out", "map.png", *SMALL, "--seed", "1")
+    assert result.code == other.code == 2
+    *_, line, last = result.err.splitlines()
+    said, command = line.split(" Go on with: wam-cast ")
+    assert said == "finished casts are kept in map.png.unfinished."
+    assert last == "error: map.png cannot be written (No space left on device)"
+    assert "another seed (0, not 1)" in other.err
+    assert "Go on with" not in other.err  # by which they could not
+    assert cli(*shlex.split(command)).code == 0
+    assert not (folder / "map.png.unfinished").exists()
+
+
+@pytest.mark.usefixtures("floor_without_physics")
+def test_a_map_that_finds_no_room_for_its_first_casts_leaves_nothing_behind(cli, folder, monkeypatch):
+    def full(*_):
+        raise InputError("map.png.unfinished cannot be written (No space left on device)")
+
+    monkeypatch.setattr(floor_map.UnfinishedMap, "keep", full)
+    assert cli("map", "--out", "map.png", *SMALL).err.count("\n") == 3  # what it does, twice, and the error
+    assert not list(folder.iterdir())
 
 
 @pytest.mark.usefixtures("floor_without_physics")

@@ -101,6 +101,9 @@ def test_it_goes_on_to_more_robots_but_not_to_other_cups(cli, robots):
         (("--seed", "-1"), "--seed"),
         (("--scenario", "none.yaml"), "none.yaml"),
         (("--workers", "0"), "--workers"),
+        (("--workers", "1" + "0" * 30), "to 1000;"),
+        (("--robots", "100000000"), "to 10000;"),
+        (("--cups", "100000000"), "to 1000;"),
     ],
 )
 def test_what_cannot_be_is_one_line(cli, folder, words, line):

@@ -1,5 +1,6 @@
 """Worker processes over one batch and several: kept while they are whole, replaced when they are not."""
 
+import multiprocessing
 import os
 import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
@@ -7,8 +8,15 @@ from multiprocessing import get_context
 
 import pytest
 
-from wam_cast.errors import MachineError
-from wam_cast.parallel.workers import ATTEMPTS, Workers, run_rows
+from wam_cast.cli import options
+from wam_cast.errors import InputError, MachineError
+from wam_cast.experiments.floor_map import map_floor
+from wam_cast.experiments.paper.reproduce import reproduce
+from wam_cast.experiments.transfer.transfer import transfer
+from wam_cast.learning.dataset import generate_dataset
+from wam_cast.learning.reference import reference_model
+from wam_cast.parallel.workers import ATTEMPTS, MOST_WORKERS, Workers, run_rows
+from wam_cast.scenario import Scenario
 
 
 def test_processes_serve_all_batches_and_end_with_the_context(helper):
@@ -23,6 +31,33 @@ def test_processes_serve_all_batches_and_end_with_the_context(helper):
         assert set(workers.run(helper.process, range(2))) == {process}
     with pytest.raises(ProcessLookupError):
         os.kill(process, 0)
+
+
+@pytest.mark.parametrize("run", [lambda n: Workers(n), lambda n: next(run_rows(abs, [1], n_workers=n))])
+def test_more_processes_than_any_machine_serves_are_refused(run):
+    for n_workers in (MOST_WORKERS + 1, 10**30, 10**10_000):
+        with pytest.raises(InputError, match=rf"n_workers = .* must be {MOST_WORKERS} at most"):
+            run(n_workers)
+    with pytest.raises(InputError, match="n_workers = 0 must be an integer, 1 or more"):
+        run(0)
+
+
+def test_the_command_line_takes_as_many_and_no_more():
+    assert options.Workers.__metadata__[0].max == MOST_WORKERS
+
+
+@pytest.mark.parametrize("function", [generate_dataset, map_floor, reproduce, transfer])
+def test_they_are_refused_before_anything_is_written(tmp_path, function):
+    subject = reference_model() if function is map_floor else Scenario()
+    with pytest.raises(InputError, match="n_workers"):
+        function(subject, directory=tmp_path / "run", n_workers=10**30)
+    assert not list(tmp_path.iterdir())
+
+
+def test_there_are_never_more_processes_than_rows(helper):
+    with Workers(MOST_WORKERS) as workers:
+        assert list(workers.run(helper.square, [2, 3])) == [4, 9]
+        assert len(multiprocessing.active_children()) <= 2
 
 
 @pytest.mark.slow

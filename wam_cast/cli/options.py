@@ -87,7 +87,8 @@ Force = Annotated[
         "--force", metavar="", help="Simulate parts anew that are not what they must be; they go to DIR/set_aside."
     ),
 ]
-Workers = Annotated[int | None, typer.Option(min=1, help="Number of processes; default: one per processor.")]
+# As many as `parallel.workers` allows, which `--help` does without.
+Workers = Annotated[int | None, typer.Option(min=1, max=1000, help="Number of processes; default: one per processor.")]
 
 # Their values stand in `planning.plan` too, which loads Drake: `--help` does without.
 Planner = Annotated[Literal["program", "gradient"], typer.Option(help="`gradient` is the paper's.")]

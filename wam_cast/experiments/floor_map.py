@@ -24,7 +24,7 @@ from wam_cast.errors import InputError, checked_integer
 from wam_cast.experiments.frames import Record, Rows, records, to_plain
 from wam_cast.experiments.trials import Trial, executed_rows, hits, planned_row
 from wam_cast.parallel.seeds import Purpose, derived_seed
-from wam_cast.parallel.workers import Workers
+from wam_cast.parallel.workers import Workers, checked_n_workers
 from wam_cast.planning.plan import Method, Plan, plan_cast
 from wam_cast.planning.prediction import Predictor
 from wam_cast.planning.reach import Reach
@@ -174,6 +174,7 @@ def map_floor(
     """
     size, reach, scenario = size or MapSize(), Reach.of(model), model.scenario
     seed = checked_integer("seed", seed, 0)
+    checked_n_workers(n_workers)
     plans: list[Plan] = []
     for radius in np.linspace(reach.nearest, reach.farthest, size.n_radii):
         plans.append(plan_cast(model, (float(radius), 0.0), method, solver))

@@ -21,7 +21,7 @@ from wam_cast.controller_names import DEFAULT_CONTROLLER, controller_name
 from wam_cast.errors import InputError, checked_integer
 from wam_cast.generation.engines import Row, checked_engine, rows_in_blocks, simulate_row
 from wam_cast.generation.sampling import sample_cast
-from wam_cast.parallel.workers import Workers, run_rows
+from wam_cast.parallel.workers import Workers, checked_n_workers, run_rows
 from wam_cast.scenario import Scenario
 from wam_cast.storage.casts_part import SCHEMA, PartError, UnreadablePartError, concatenated
 from wam_cast.storage.dataset_directory import DatasetDirectory, part_rows
@@ -198,7 +198,7 @@ def generate_dataset(
     if n_casts > MOST_CASTS:
         raise InputError(f"n_casts = {n_casts} must be {MOST_CASTS} at most")
     if n_workers is not None:
-        checked_integer("n_workers", n_workers, 1)
+        checked_n_workers(n_workers)
         if executor is not None:
             raise InputError(f"n_workers = {n_workers}: an executor brings its own workers; leave one of the two out")
     simulator = checked_engine(engine, scenario, has_own_controller=make_controller is not None)

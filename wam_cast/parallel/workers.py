@@ -22,7 +22,7 @@ from functools import lru_cache, partial
 from multiprocessing.connection import Connection
 from typing import Any, Self, TypeVar
 
-from wam_cast.errors import MachineError
+from wam_cast.errors import InputError, MachineError, checked_integer, quoted
 from wam_cast.parallel import main_module
 
 T = TypeVar("T")
@@ -30,6 +30,8 @@ T = TypeVar("T")
 LOOKAHEAD = 1000
 """Rows that are handed out before the first of them is back: enough for hundreds of workers, little enough to cancel."""
 
+MOST_WORKERS = 1000
+"""On this machine: as many as rows that are handed out."""
 
 ATTEMPTS = 4
 """At a row alone, in a new process each time, before its process's death is taken for more than chance."""
@@ -43,11 +45,16 @@ class Workers:
     Parameters
     ----------
     n_workers
-        How many, by default one for each processor that this process may use.
+        How many at most, see `checked_n_workers`; there are never more than rows.
+
+    Raises
+    ------
+    InputError
+        If it is no such number.
     """
 
     def __init__(self, n_workers: int | None = None) -> None:
-        self._n_workers = n_workers or available_processors()
+        self._n_workers = checked_n_workers(n_workers)
         self._pool: _WorkerPool | None = None
 
     def __enter__(self) -> Self:
@@ -125,10 +132,12 @@ def run_rows(
         Runs the calls, and is left running: what it has started it may finish. With `Workers`, which are the default for this
         call alone, a row whose process died is tried again, a few times alone, and no other row suffers.
     n_workers
-        Without an executor: the number of processes, by default one for each processor that this process may use.
+        Without an executor: the number of processes at most, see `checked_n_workers`.
 
     Raises
     ------
+    InputError
+        If that is no such number.
     MachineError
         If a row's process dies again and again, or the executor breaks.
     Exception
@@ -158,6 +167,21 @@ def run_rows(
     else:
         with Workers(n_workers) as workers:
             yield from workers.run(function, rows)
+
+
+def checked_n_workers(n_workers: int | None) -> int:
+    """Return a number of processes, by default one for each processor that this process may use.
+
+    Raises `.InputError` if it is no integer from 1 to `MOST_WORKERS`.
+    """
+    if n_workers is None:
+        return min(available_processors(), MOST_WORKERS)
+    number = checked_integer("n_workers", n_workers, 1)
+    if number > MOST_WORKERS:
+        raise InputError(
+            f"n_workers = {quoted(number)} must be {MOST_WORKERS} at most; one for each processor does best"
+        )
+    return number
 
 
 def available_processors() -> int:

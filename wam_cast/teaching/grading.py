@@ -13,7 +13,7 @@ from typing import NamedTuple
 import pandas as pd
 
 from wam_cast.errors import InputError, checked_integer, is_finite, quoted
-from wam_cast.parallel.workers import available_processors
+from wam_cast.parallel.workers import checked_n_workers
 from wam_cast.teaching.exercises import Standing, Verdict
 from wam_cast.teaching.submission import Submission, end
 
@@ -86,8 +86,7 @@ def grading(
     seed = checked_integer("seed", seed, 0)
     if not is_finite(limit) or limit <= 0:
         raise InputError(f"limit = {quoted(limit)} must be a time above 0 s")
-    n_workers = available_processors() if n_workers is None else checked_integer("n_workers", n_workers, 1)
-    return _grading(notebooks, folder, seed, float(limit), n_workers)
+    return _grading(notebooks, folder, seed, float(limit), checked_n_workers(n_workers))
 
 
 def _grading(notebooks: list[Path], folder: Path, seed: int, limit: float, n_workers: int) -> Iterator[list[Mark]]:

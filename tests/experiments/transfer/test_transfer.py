@@ -2,15 +2,18 @@
 
 import json
 from dataclasses import replace
+from typing import get_type_hints
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from wam_cast.cli.work import transferring
+from wam_cast.errors import InputError
 from wam_cast.experiments.transfer import transfer as experiment
 from wam_cast.experiments.transfer import transfer_settings
 from wam_cast.experiments.transfer.one_robot import UnknownRobot
-from wam_cast.experiments.transfer.transfer_settings import OUT_OF_RANGE, TransferSettings
+from wam_cast.experiments.transfer.transfer_settings import MOST_CUPS, MOST_ROBOTS, OUT_OF_RANGE, TransferSettings
 from wam_cast.scenario import Scenario
 
 TINY = {"n_robots": 1, "n_cups": 2, "n_compared_cups": 1, "ks": (0, 1), "longest_campaign": 2}
@@ -27,6 +30,27 @@ def test_groups_hold_what_they_say():
     assert beyond.draw(3, 5).ball.mass == pytest.approx(2 * Scenario().ball.mass)
     assert beyond.expected == once.expected
     assert len(beyond.kinds) == len(OUT_OF_RANGE)
+
+
+@pytest.mark.parametrize(("name", "most"), [("n_robots", 10_000), ("n_cups", 1000)])
+def test_so_many_robots_and_cups_and_no_more(tmp_path, name, most):
+    assert getattr(TransferSettings.of(Scenario(), 0, True, **{name: most}), name) == most
+    for value in (most + 1, 10**30):
+        with pytest.raises(InputError, match=rf"{name} = {value} must be {most} at most"):
+            experiment.transfer(Scenario(), tmp_path / "run", **{name: value})
+    assert not (tmp_path / "run").exists()
+
+
+def test_the_most_that_the_command_line_takes_is_what_the_experiment_takes():
+    hints = get_type_hints(transferring.transfer, include_extras=True)
+    assert hints["robots"].__metadata__[0].max == MOST_ROBOTS
+    assert hints["cups"].__metadata__[0].max == MOST_CUPS
+
+
+def test_no_two_cups_have_the_same_noise():
+    last, first = (MOST_ROBOTS - 2, MOST_CUPS - 1), (MOST_ROBOTS - 1, 0)
+    numbers = [1_000_003 + 1000 * number + cup for number, cup in (last, first)]
+    assert 2 * MOST_ROBOTS < 1_000_003 < numbers[0] < numbers[1]
 
 
 @pytest.mark.slow

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
@@ -51,8 +51,14 @@ def map_(
     command = model_choice.command_line(
         "map", out=picture, radii=radii, bearings=bearings, casts=casts, workers=workers, **chosen
     )
-    with _kept_until_drawn(picture, command) as finished:
+    begun: set[str] = set()
+    with _kept_until_drawn(picture, command, begun) as finished:
         with phase_progress() as report:
+
+            def note(phase: str, done: int, total: int) -> None:
+                begun.add(phase)
+                report(phase, done, total)
+
             floor = map_floor(
                 forward,
                 size,
@@ -61,7 +67,7 @@ def map_(
                 seed=seed,
                 n_workers=workers,
                 directory=finished,
-                on_progress=report,
+                on_progress=note,
             )
         if as_json:
             print_json({"picture": str(picture), **floor.record()})
@@ -73,12 +79,13 @@ def map_(
 
 
 @contextmanager
-def _kept_until_drawn(picture: Path, command: str) -> Iterator[Path]:
+def _kept_until_drawn(picture: Path, command: str, begun: Container[str]) -> Iterator[Path]:
     """Give a directory beside `picture` for finished casts, which goes once the context ends well.
 
-    Raises `.InputError` if something else is in its place.
+    If the context is interrupted, the machine fails, or something cannot be written after the casting has `begun`, and something
+    is finished, say so, and that `command` goes on. Before, what is there may be another map's.
 
-    If the context is interrupted and something is finished, say so, and that `command` goes on.
+    Raises `.InputError` if something else is in its place.
     """
     from wam_cast.experiments.floor_map import UnfinishedMap
 
@@ -90,10 +97,11 @@ def _kept_until_drawn(picture: Path, command: str) -> Iterator[Path]:
     UnfinishedMap.is_begun(unfinished)
     try:
         yield unfinished
-    except (KeyboardInterrupt, MachineError):
-        if any(unfinished.glob("phases/*.json")):
-            err.print(f"finished casts are kept in {unfinished}. Go on with: {command}")
-        else:
-            shutil.rmtree(unfinished, ignore_errors=True)
+    except (KeyboardInterrupt, MachineError, InputError, OSError) as error:
+        if "casting" in begun or isinstance(error, KeyboardInterrupt | MachineError):
+            if any(unfinished.glob("phases/*.json")):
+                err.print(f"finished casts are kept in {unfinished}. Go on with: {command}")
+            else:
+                shutil.rmtree(unfinished, ignore_errors=True)
         raise
     shutil.rmtree(unfinished)

@@ -22,9 +22,10 @@ def transfer(
         bool, typer.Option("--quick", metavar="", help="With two robots of each group and 4 cups.")
     ] = False,
     robots: Annotated[
-        int | None, typer.Option(min=1, help="In each of three groups; default 30. A run goes on to more of them.")
+        int | None,
+        typer.Option(min=1, max=10_000, help="In each of three groups; default 30. A run goes on to more of them."),
     ] = None,
-    cups: Annotated[int | None, typer.Option(min=2, help="For each robot; default 20.")] = None,
+    cups: Annotated[int | None, typer.Option(min=2, max=1000, help="For each robot; default 20.")] = None,
     scenario: options.Scenario = None,
     model: options.Model = None,
     train: options.Train = False,

@@ -12,7 +12,6 @@ from typing import TypeVar
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from wam_cast.errors import checked_integer
 from wam_cast.experiments.frames import Rows
 from wam_cast.experiments.paper.comparison import Comparison, compare
 from wam_cast.experiments.paper.findings import Findings, Samples, describe_samples
@@ -28,7 +27,7 @@ from wam_cast.generation.engines import checked_engine
 from wam_cast.learning.dataset import CastDataset, generate_dataset
 from wam_cast.learning.forward_model import ForwardModel
 from wam_cast.learning.parts import Parts, split_casts
-from wam_cast.parallel.workers import Workers
+from wam_cast.parallel.workers import Workers, checked_n_workers
 from wam_cast.scenario import Scenario
 from wam_cast.storage.run_directory import RunDirectory
 from wam_cast.types import checks_types
@@ -83,7 +82,7 @@ def reproduce(
     """
     settings = Settings.of(scenario, seed, quick, checked_engine(engine, scenario, has_own_controller=False))
     if n_workers is not None:
-        checked_integer("n_workers", n_workers, 1)
+        checked_n_workers(n_workers)
     report = on_progress or (lambda _title, _done, _n: None)
     # One thread for each process, which also makes ill-conditioned sums the same whatever the number of processors.
     store = RunDirectory(directory, settings.identity, settings.own_scenario)

@@ -16,7 +16,6 @@ from wam_cast.adaptation.adaptive_model import AdaptiveModel
 from wam_cast.adaptation.methods import AdaptationMethod, adaptive_model
 from wam_cast.adaptation.practice import choose_practice
 from wam_cast.cast import Cast
-from wam_cast.errors import checked_integer
 from wam_cast.experiments.transfer.one_robot import RobotStudy, UnknownRobot
 from wam_cast.experiments.transfer.transfer_report import write_report
 from wam_cast.experiments.transfer.transfer_settings import BEST, Group, TransferSettings
@@ -24,7 +23,7 @@ from wam_cast.experiments.transfer.transfer_summary import TransferSummary, summ
 from wam_cast.generation.engines import checked_engine
 from wam_cast.learning.reference import reference_model_for
 from wam_cast.parallel.seeds import Purpose, derived_seed
-from wam_cast.parallel.workers import Workers, run_rows
+from wam_cast.parallel.workers import Workers, checked_n_workers, run_rows
 from wam_cast.planning.prediction import Predictor
 from wam_cast.scenario import Scenario
 from wam_cast.storage.run_directory import RunDirectory
@@ -72,7 +71,7 @@ def transfer(
     quick
         With two robots of each group and four cups, in place of 30 and 20.
     n_robots, n_cups
-        Other numbers of these. A run goes on to more robots, not to other cups.
+        Other numbers of these, 10,000 and 1000 at most. A run goes on to more robots, not to other cups.
     believed
         The forward model of the believed robot; by default the shipped one.
     engine
@@ -92,7 +91,7 @@ def transfer(
         scenario, seed, quick, checked_engine(engine, scenario, has_own_controller=False), n_robots, n_cups
     )
     if n_workers is not None:
-        checked_integer("n_workers", n_workers, 1)
+        checked_n_workers(n_workers)
     believed = believed or reference_model_for(settings.scenario)
     store = TransferDirectory(directory, settings.identity, settings.scenario)
     with store, Workers(n_workers) as workers, threadpool_limits(1):

@@ -10,7 +10,7 @@ from typing import Any
 
 from wam_cast.adaptation.methods import ADAPTATION_METHODS, AdaptationMethod
 from wam_cast.adaptation.robot_distribution import RobotDistribution
-from wam_cast.errors import checked_integer
+from wam_cast.errors import InputError, checked_integer, quoted
 from wam_cast.scenario import Noise, Scenario
 from wam_cast.storage.manifest import current_versions
 
@@ -36,6 +36,9 @@ OUT_OF_RANGE: dict[str, dict[str, float]] = {
     "half the gains": {"controller.kp": 0.5, "controller.kd": 0.5},
 }
 """Robots that no range holds: factors of what is believed, by name. A string that is 10 % longer hangs below the rim."""
+
+MOST_ROBOTS, MOST_CUPS = 10_000, 1000
+"""In a group, and for each robot: the streams of their noise are numbered so that no more of them are each other's."""
 
 FULL = {"n_robots": 30, "n_cups": 20, "n_compared_cups": 2, "ks": (0, 1, 2, 5, 10, 20), "longest_campaign": 30}
 QUICK = {"n_robots": 2, "n_cups": 4, "n_compared_cups": 2, "ks": (0, 2, 5), "longest_campaign": 15}
@@ -113,14 +116,14 @@ class TransferSettings:
     ) -> TransferSettings:
         """Return the settings of a full run, or of a quick one, with as many robots and cups as asked for.
 
-        A scenario without noise gets that of a typical arm.
+        A scenario without noise gets that of a typical arm. Raises `.InputError` if a number is no integer or out of range.
         """
         seed = checked_integer("seed", seed, 0)
         sizes: dict[str, Any] = dict(QUICK if quick else FULL)
         if n_robots is not None:
-            sizes["n_robots"] = checked_integer("n_robots", n_robots, 1)
+            sizes["n_robots"] = _checked_size("n_robots", n_robots, 1, MOST_ROBOTS)
         if n_cups is not None:
-            sizes["n_cups"] = checked_integer("n_cups", n_cups, sizes["n_compared_cups"])
+            sizes["n_cups"] = _checked_size("n_cups", n_cups, sizes["n_compared_cups"], MOST_CUPS)
         noisy = scenario if scenario.noise.is_on else scenario.model_copy(update={"noise": Noise.typical()})
         return cls(noisy, seed, **sizes, engine=engine, is_quick=quick)
 
@@ -167,3 +170,10 @@ class TransferSettings:
             "longest_campaign": self.longest_campaign,
             "versions": current_versions() | {package: version(package) for package in ("scipy", "scikit-learn")},
         }
+
+
+def _checked_size(name: str, value: int, least: int, most: int) -> int:
+    number = checked_integer(name, value, least)
+    if number > most:
+        raise InputError(f"{name} = {quoted(number)} must be {most} at most")
+    return number

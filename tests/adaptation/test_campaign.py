@@ -1,11 +1,14 @@
 """A campaign on one robot: what it learns, that it goes on as if it had never stopped, and that nothing observed is lost."""
 
 import errno
+import io
 import os
 import random
 
 import numpy as np
 import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 from wam_cast.adaptation import campaign, campaign_directory
@@ -314,22 +317,95 @@ def test_a_damaged_file_is_refused_by_name_or_was_not_changed_and_is_never_overw
 @pytest.mark.parametrize(
     ("column", "value", "said"),
     [
-        ("number", 7, "column number: is 7, where 2 belongs"),
-        ("cup_x", 0.6, "columns cup_x, cup_y: are 0.6, 0.3 for cast 2"),
-        ("speed", -1.0, "holds a cast 2 that is none"),
-        ("wait", np.nan, "column wait: "),
-        ("landing_x", np.inf, "column landing_x: is inf for cast 2"),
-        ("landing_std", -1.0, "column landing_std: is -1 for cast 2"),
-        ("status", None, "column status: has no value for cast 2"),
+        ("number", 7, "7, where 2 belongs"),
+        ("cup_x", 0.6, "0.6, where 0.5, as in the command, belongs"),
+        ("speed", -1.0, "-1.0, where a number from 1e-06 to 10 belongs"),
+        ("wait", np.nan, "nan, where a number from 0 to 10"),
+        ("wait", 50.0, "50.0, where a number from 0 to 10"),
+        ("predicted_x", 1e308, "1e+308, where a number from -1000 to 1000"),
+        ("predicted_std_along", -1.0, "-1.0, where a number from 0 to 1000"),
+        ("executed_distance", 1e9, "1000000000.0, where a number from 1e-06 to 1000"),
+        ("executed_distance", np.nan, "where nan, as in the others of the move, belongs"),
+        ("executed_speed", np.nan, "nan, where a number belongs"),
+        ("executed_speed", 1e-4, "0.0001, where one by which the cast takes 300 s at most belongs"),
+        ("landing_x", 0.1, "where the distance from landing to cup, "),
+        ("landing_x", np.inf, "inf, where a number from -1000 to 1000"),
+        ("landing_x", 1e300, "1e+300, where a number from -1000 to 1000"),
+        ("landing_std", -1.0, "-1.0, where a number from 0 to 1 "),
+        ("landing_std", 1e300, "1e+300, where a number from 0 to 1 "),
+        ("landing_std", 3.0, "3.0, where a number from 0 to 1 belongs"),
+        ("miss", -5.0, "-5.0, where the distance from landing to cup, "),
+        ("miss", np.nan, "nan, where the distance from landing to cup, "),
+        ("is_caught", True, "True, where False, as its status long says, belongs"),
+        ("is_feasible", None, "None, where a value belongs"),
+        ("reason", "a\x1b[31mb", "where a word of letters that can be printed belongs"),
+        ("status", None, "None, where a value belongs"),
+        ("status", "", "'', where a word"),
+        ("status", "\x1b[31mnonsense", "where a word of letters that can be printed belongs"),
+        ("status", "a" * 2000, "where a word"),
+        ("limits_hit", [None], "[None], where a list of limits, such as ['joint 4 speed'], belongs"),
+        ("limits_hit", None, "None, where a value belongs"),
     ],
 )
-def test_an_edited_log_is_refused(run, tmp_path, column, value, said):
+def test_an_edited_log_is_refused_before_any_cast_and_stays(run, tmp_path, robot_by_formula, column, value, said):
     run(3)
-    log = pd.read_parquet(tmp_path / "d" / "log.parquet")
-    log.loc[1, column] = value
-    log.to_parquet(tmp_path / "d" / "log.parquet")
-    with pytest.raises(InputError, match=f"log.parquet {said}"):
-        run(3)
+    path = tmp_path / "d" / "log.parquet"
+    rows = pq.read_table(path).to_pylist()
+    assert rows[1]["status"] == "long"
+    rows[1][column] = value
+    pq.write_table(pa.Table.from_pylist(rows, SCHEMA), path)
+    before = path.read_bytes()
+    with pytest.raises(InputError) as raised:
+        run(4)
+    named = "miss" if (column, value) == ("landing_x", 0.1) else column
+    named = "executed_speed" if column == "executed_distance" and np.isnan(value) else named
+    line = str(raised.value)
+    assert f"log.parquet: column {named} of cast 2 is " in line
+    assert said in line
+    assert line.endswith("; restore it, or choose another directory (--out)")
+    assert (path.read_bytes(), len(robot_by_formula)) == (before, 3)
+
+
+def test_what_the_log_could_not_be_read_with_is_not_written_and_the_cast_is_told(run, tmp_path):
+    said = r"cast 2 could not be kept: it landed at 0\.7000, 0\.0000, .*column status of cast 2 is .*robot answers"
+    run(1)
+    before = (tmp_path / "d" / "log.parquet").read_bytes()
+    with pytest.raises(InputError, match=said):
+        run(2, robot=Answers(status="\x1b[31m", is_caught=None))
+    assert pq.read_table(tmp_path / "d" / "log.parquet").num_rows == 1
+    assert pd.read_parquet(io.BytesIO(before)).equals(pd.read_parquet(tmp_path / "d" / "log.parquet"))
+
+
+@pytest.mark.parametrize("n_more", [0, 1])
+def test_columns_that_are_not_ours_are_kept_and_new_casts_have_none_there(run, tmp_path, n_more):
+    run(2)
+    path = tmp_path / "d" / "log.parquet"
+    table = pq.read_table(path).append_column("mine", [["a", "b"]]).append_column("room", [[12, None]])
+    pq.write_table(table, path)
+    run(2)  # nothing is cast
+    for n_casts in range(3, 4 + n_more):
+        run(n_casts)  # and then one run after the other
+    log = pq.read_table(path)
+    assert log.column_names == [*SCHEMA.names, "mine", "room"]
+    assert log["mine"].to_pylist() == ["a", "b", *[None] * (1 + n_more)]
+    assert log["room"].to_pylist() == [12, *[None] * (2 + n_more)]
+    same(run(3 + n_more), run(3 + n_more, directory=None))
+
+
+@pytest.mark.parametrize(
+    "odd",
+    [
+        {"status": "missed", "is_caught": False},
+        {"status": "hit the table", "is_caught": None, "limits_hit": ["a word of our own"]},
+        {"status": "limit_hit", "is_caught": True},
+        {"landing": [-40.0, 60.0], "landing_std": 1.0, "is_caught": False, "status": "long"},
+        {"landing": [np.nan, np.nan], "is_caught": True},
+        {"cast": Cast(3.0, 6.0, 8.0, -9.0), "executed": Cast(30.0, 60.0, 80.0)},
+    ],
+    ids=str,
+)
+def test_what_a_laboratory_may_see_is_kept_and_read_again(run, odd):
+    same(run(1, robot=Answers(**odd)), run(1))
 
 
 def test_a_log_that_pandas_wrote_anew_is_the_same(run, tmp_path):

@@ -112,7 +112,7 @@ def run_campaign(
         raise InputError(f"n_casts = {n_casts} must be at most {MOST_CASTS}")
     store = None if directory is None else CampaignDirectory(directory)
     with store or nullcontext():
-        rows = [] if store is None else store.open(_settings(model, settings or {}), places)
+        rows = [] if store is None else store.open(_settings(model, settings or {}), places, model.scenario.bounds)
         if len(rows) > n_casts:
             raise InputError(f"{directory} holds a campaign of {len(rows)} casts; ask for as many, not {n_casts}")
         if isinstance(robot, SimulatedRobot):

@@ -15,13 +15,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
-import numpy as np
 import pyarrow as pa
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from wam_cast.cast import Cast
-from wam_cast.errors import InputError, describe_validation
-from wam_cast.storage.casts_part import PartError, read_table, write_part
+from wam_cast.adaptation.robot import LARGEST_STD
+from wam_cast.cast import LONGEST_CAST, PARAMETERS
+from wam_cast.errors import InputError, describe_validation, quoted
+from wam_cast.scenario import Bounds
+from wam_cast.storage.casts_part import PartError, concatenated, read_table, write_part
 from wam_cast.storage.manifest import current_versions
 from wam_cast.storage.work_directory import ELSEWHERE, WorkDirectory, errors_of_writing
 from wam_cast.text_file import read_text
@@ -70,6 +71,21 @@ MAY_BE_MISSING = ("is_caught",)
 MOST_CASTS = 10_000
 """Of a campaign."""
 
+FARTHEST, FASTEST, LARGEST_ANGLE = 1000.0, 1000.0, 1000.0
+"""Of what is believed and observed [m], [m/s], [rad]: beyond what any arm does."""
+
+LEAST = 1e-6
+"""Distance and speed of a move [m], [m/s]."""
+
+LONGEST_TEXT = 1000
+"""Letters of a status, a reason or the name of a limit."""
+
+SAME, ROUNDING = 1e-9, 1e-6
+"""By how much the cup may differ from the campaign's, and `miss` from the landing's distance [m]."""
+
+MISSED = ("short", "long", "side", "rim_bounce", "came_out", "never_crossed")
+"""Statuses of a ball that does not lie in the cup; robots of your own may have others."""
+
 
 class _Manifest(BaseModel):
     """What is in `campaign.json`."""
@@ -90,9 +106,12 @@ class CampaignDirectory(WorkDirectory):
     def __init__(self, path: str | Path) -> None:
         super().__init__(path)
         self.log_path = self.path / "log.parquet"
+        self._read = SCHEMA.empty_table()
 
-    def open(self, settings: Mapping[str, Any], cups: Sequence[Position]) -> list[Row]:
+    def open(self, settings: Mapping[str, Any], cups: Sequence[Position], bounds: Bounds) -> list[Row]:
         """Begin a campaign here, or go on with the one that is here, and return its casts; within the context.
+
+        Casts are planned for `cups` in turn, within `bounds`.
 
         Raises
         ------
@@ -103,13 +122,14 @@ class CampaignDirectory(WorkDirectory):
             wanted = json.loads(json.dumps({"cups": cups, **settings}))
         except (TypeError, ValueError) as error:
             raise InputError(f"settings: {error}; give texts, numbers, and lists and mappings of them") from None
+        self._cups, self._ranges = cups, _ranges(bounds)
         versions: tuple[dict[str, str], ...] = (current_versions(),)
         rows: list[Row] = []
         if self.is_begun(self.path):
             old = self._read_manifest()
             self._check_same(old.settings, wanted)
             versions = old.versions if versions[0] in old.versions else old.versions + versions
-            rows = self.read_log(cups)
+            rows = self._read_log()
         manifest = _Manifest(settings=wanted, versions=versions)
         self._write(self.identity_path, f"{manifest.model_dump_json(indent=2)}\n".encode())
         return rows
@@ -121,24 +141,37 @@ class CampaignDirectory(WorkDirectory):
             what = describe_validation(error) if isinstance(error, ValidationError) else str(error)
             raise InputError(f"{self.identity_path} cannot be used ({what}); restore it, or {ELSEWHERE}") from None
 
-    def read_log(self, cups: Sequence[Position]) -> list[Row]:
-        """Return the casts in the log, none if there is no log. Raises `.InputError` if it is not a log of casts for `cups`."""
+    def _read_log(self) -> list[Row]:
+        """Return the casts in the log, none if there is no log. Raises `.InputError` if it is not a log of this campaign."""
         try:
             table = read_table(self.log_path, SCHEMA, MOST_CASTS)
-            rows: list[Row] = [] if table is None else table.select(SCHEMA.names).to_pylist()
+            self._read = self._read if table is None else table
+            rows: list[Row] = self._read.select(SCHEMA.names).to_pylist()
             for number, row in enumerate(rows, 1):
-                _check_row(row, number, cups[(number - 1) % len(cups)])
+                self._check(number, row)
         except PartError as error:
-            raise InputError(f"{self.log_path} {error}; restore it, or {ELSEWHERE}") from None
+            raise InputError(f"{self.log_path}: {error}; restore it, or {ELSEWHERE}") from None
         return rows
 
     def keep(self, rows: list[Row]) -> None:
-        """Write the log. Raises `.InputError` if the system refuses; then what was there stays."""
+        """Write the log: the rows that were read as they were, with the columns that are not ours, and the new ones.
+
+        Raises `.InputError` if the last row could not be read again, or the system refuses; then what was there stays.
+        """
+        try:
+            if len(rows) > len(self._read):
+                self._check(len(rows), rows[-1])
+        except PartError as error:
+            raise InputError(f"{self.log_path}: {error}; see what the robot answers") from None
+        new = pa.Table.from_pylist(rows[len(self._read) :], SCHEMA)
         with self._writing(self.log_path) as temporary:
-            write_part(temporary, pa.Table.from_pylist(rows, SCHEMA))
+            write_part(temporary, concatenated([self._read, new]))
             _flush(temporary)
         with errors_of_writing(self.kind, self.path):
             _flush(self.path)
+
+    def _check(self, number: int, row: Row) -> None:
+        _check_row(row, number, self._cups[(number - 1) % len(self._cups)], self._ranges)
 
 
 def _flush(path: Path) -> None:
@@ -150,23 +183,66 @@ def _flush(path: Path) -> None:
         os.close(descriptor)
 
 
-def _check_row(row: Row, number: int, cup: Position) -> None:
+def _ranges(bounds: Bounds) -> dict[str, tuple[float, float]]:
+    """Return the least and the largest value of each number of a row.
+
+    A cast that was made may be far from one that was asked for, but not without limit: ten times what the bounds allow, or 10 m,
+    10 m/s and 10 s, if that is more.
+    """
+    largest = {name: max(10.0, 10.0 * upper) for name, (_, upper) in bounds}
+    return {
+        "distance": (LEAST, largest["distance"]),
+        "speed": (LEAST, largest["speed"]),
+        "wait": (0.0, largest["wait"]),
+        "bearing": (-LARGEST_ANGLE, LARGEST_ANGLE),
+        **dict.fromkeys(("predicted_x", "predicted_y", "landing_x", "landing_y"), (-FARTHEST, FARTHEST)),
+        **dict.fromkeys(("predicted_std_along", "predicted_std_across"), (0.0, FARTHEST)),
+        "landing_std": (0.0, LARGEST_STD),
+        "executed_distance": (LEAST, FARTHEST),
+        "executed_speed": (LEAST, FASTEST),
+        "executed_wait": (0.0, LONGEST_CAST),
+    }
+
+
+def _check_row(row: Row, number: int, cup: Position, ranges: Mapping[str, tuple[float, float]]) -> None:
     """Raise `PartError` unless a row is what a campaign writes; what may be nan is so then, whatever missing is written as."""
-    if row["number"] != number:
-        raise PartError(f"column number: is {row['number']}, where {number} belongs")
-    for field in SCHEMA:
-        value, name = row[field.name], field.name
-        if value is None and name in MAY_BE_NAN:
-            row[name] = value = math.nan
-        if value is None and name not in MAY_BE_MISSING:
-            raise PartError(f"column {name}: has no value for cast {number}")
-        if isinstance(value, float) and (math.isinf(value) or (math.isnan(value) and name not in MAY_BE_NAN)):
-            raise PartError(f"column {name}: is {value} for cast {number}")
-    try:
-        Cast(row["distance"], row["speed"], row["wait"], row["bearing"])
-    except InputError as error:
-        raise PartError(f"holds a cast {number} that is none ({error})") from None
-    if row["landing_std"] < 0:
-        raise PartError(f"column landing_std: is {row['landing_std']:g} for cast {number}")
-    if not np.allclose((row["cup_x"], row["cup_y"]), cup, rtol=0, atol=1e-9):
-        raise PartError(f"columns cup_x, cup_y: are {row['cup_x']:g}, {row['cup_y']:g} for cast {number}, not {cup}")
+
+    def require(is_so: bool, name: str, wanted: str) -> None:
+        if not is_so:
+            raise PartError(f"column {name} of cast {number} is {quoted(row[name])}, where {wanted} belongs")
+
+    require(row["number"] == number, "number", str(number))
+    for name in SCHEMA.names:
+        if row[name] is None and name in MAY_BE_NAN:
+            row[name] = math.nan
+        require(row[name] is not None or name in MAY_BE_MISSING, name, "a value")
+    for name, value in zip(("cup_x", "cup_y"), cup, strict=True):
+        require(abs(row[name] - value) <= SAME, name, f"{value:g}, as in the command,")
+    for name, (least, largest) in ranges.items():
+        is_unseen = name in MAY_BE_NAN and math.isnan(row[name])
+        require(is_unseen or least <= row[name] <= largest, name, f"a number from {least:g} to {largest:g}")
+    for name in EXECUTED:
+        is_seen = not math.isnan(row[EXECUTED[0]])
+        require(
+            math.isnan(row[name]) is not is_seen, name, "a number" if is_seen else "nan, as in the others of the move,"
+        )
+    for names in (PARAMETERS, EXECUTED):
+        distance, speed, wait = (row[name] for name in names)
+        require(
+            not distance / speed + wait > LONGEST_CAST,
+            names[1],
+            f"one by which the cast takes {LONGEST_CAST:g} s at most",
+        )
+    miss = math.dist((row["landing_x"], row["landing_y"]), cup)
+    is_right = abs(row["miss"] - miss) <= ROUNDING or (math.isnan(miss) and math.isnan(row["miss"]))
+    require(is_right, "miss", f"the distance from landing to cup, {miss:.6g},")
+    for name in ("status", "reason"):
+        require(_is_text(row[name]) and (row[name] or name != "status"), name, "a word of letters that can be printed")
+    require(all(map(_is_text, row["limits_hit"])), "limits_hit", "a list of limits, such as ['joint 4 speed'],")
+    if row["status"] == "caught" or row["status"] in MISSED:
+        is_caught = row["status"] == "caught"
+        require(row["is_caught"] in (None, is_caught), "is_caught", f"{is_caught}, as its status {row['status']} says,")
+
+
+def _is_text(value: str | None) -> bool:
+    return value is not None and len(value) <= LONGEST_TEXT and value.isprintable()

@@ -5,6 +5,7 @@ import os
 import re
 import shlex
 import signal
+import sys
 import time
 from dataclasses import replace
 from itertools import count
@@ -13,6 +14,7 @@ from pathlib import Path
 import pytest
 
 import wam_cast as wc
+from wam_cast import cli as command_line
 from wam_cast.errors import InputError, MachineError
 from wam_cast.experiments import floor_map, floor_picture, trials
 
@@ -221,6 +223,26 @@ def test_an_interruption_before_anything_is_finished_leaves_nothing_behind(cli, 
     assert (result.code, result.out) == (130, "")
     assert result.err.splitlines()[-1] == "interrupted"
     assert not list(folder.iterdir())
+
+
+@pytest.mark.usefixtures("floor_without_physics")
+def test_a_map_that_is_terminated_keeps_its_casts_says_how_to_go_on_and_ends_by_the_signal(cli, monkeypatch):
+    simulate, counter, ended = trials.simulate_cast, count(), []
+
+    def terminated(*given, **options):
+        if next(counter) == 11:
+            signal.raise_signal(signal.SIGTERM)
+        return simulate(*given, **options)
+
+    monkeypatch.setattr(trials, "simulate_cast", terminated)
+    monkeypatch.setattr(command_line, "_end_by", lambda number: ended.append(number) or sys.exit(-number))
+    result = cli("map", "--out", "map.png", *SMALL)
+    assert ended == [signal.SIGTERM]
+    *_, line, last = result.err.splitlines()
+    assert line.startswith("finished casts are kept in map.png.unfinished. Go on with: wam-cast map")
+    assert last == "terminated"
+    assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+    assert cli(*shlex.split(line.split("Go on with: wam-cast ")[1])).code == 0
 
 
 @pytest.mark.slow

@@ -12,6 +12,7 @@ import urllib.request
 from pathlib import Path
 
 import pandas as pd
+import psutil
 import pytest
 
 import wam_cast as wc
@@ -197,6 +198,25 @@ def test_an_interrupted_generation_goes_on_to_the_same_dataset(start, process, f
     frame = wc.CastDataset.load("a b").frame
     undisturbed = pd.DataFrame([closed_form_row(wc.Scenario(), 5, row) for row in range(320)])[frame.columns]
     pd.testing.assert_frame_equal(frame, undisturbed, check_dtype=False, rtol=0, atol=0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("end", [os.kill, os.killpg], ids=["parent", "group"])
+def test_a_terminated_generation_says_how_to_go_on_and_leaves_nothing_running_or_leaked(
+    start, folder, small_program, end
+):
+    words = ("generate", "--casts", "320", "--seed", "5", "--workers", "2", "--out", "made")
+    running = start(*words, program=small_program)
+    wait_for(lambda: (folder / "made" / "casts" / "part-00000.parquet").exists(), running)
+    others = psutil.Process(running.pid).children(recursive=True)
+    end(running.pid, signal.SIGTERM)
+    _, err = running.communicate(timeout=60)
+    assert running.returncode == -signal.SIGTERM
+    first, last = err.splitlines()  # no warning of leaked semaphores
+    assert "finished parts are kept in made. Go on with: wam-cast generate" in first
+    assert last == "terminated"
+    assert len(others) >= 2
+    assert psutil.wait_procs(others, timeout=30)[1] == []
 
 
 @pytest.mark.slow

@@ -1,10 +1,10 @@
-"""Ctrl-C that is always heard, and where it can be answered for."""
+"""Ctrl-C and SIGTERM that are always heard, and where it can be answered for."""
 
 from __future__ import annotations
 
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
@@ -13,13 +13,22 @@ A_MOMENT = 0.01
 
 
 @contextmanager
-def heard_everywhere() -> Iterator[None]:
-    """Let Ctrl-C raise `KeyboardInterrupt` only where it ends the context.
+def heard_everywhere(numbers: Collection[int]) -> Iterator[Collection[int]]:
+    """Let signals, such as Ctrl-C's, raise `KeyboardInterrupt` only where it ends the context; give those that have come.
 
     Where compiled modules are initialized it becomes other errors, and where Python ignores exceptions, as in `__del__` or where an
     import is locked, it gets lost: there it is raised a moment later.
     """
-    before = [(number, signal.signal(number, _interrupt)) for number in (signal.SIGINT, signal.SIGALRM)]
+    heard: set[int] = set()
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        heard.add(number)
+        if frame is not None and (_is_import(frame) or _loads_compiled_code(frame)):
+            _try_again()
+        else:
+            raise KeyboardInterrupt
+
+    before = [(number, signal.signal(number, interrupt)) for number in (*numbers, signal.SIGALRM)]
     report = sys.unraisablehook
 
     def hear(ignored: sys.UnraisableHookArgs) -> None:
@@ -30,19 +39,12 @@ def heard_everywhere() -> Iterator[None]:
 
     sys.unraisablehook = hear
     try:
-        yield
+        yield heard
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         sys.unraisablehook = report
         for number, handler in before:
             signal.signal(number, handler)
-
-
-def _interrupt(_number: int, frame: FrameType | None) -> None:
-    if frame is not None and (_is_import(frame) or _loads_compiled_code(frame)):
-        _try_again()
-    else:
-        raise KeyboardInterrupt
 
 
 def _is_import(frame: FrameType) -> bool:

@@ -273,8 +273,8 @@ class _WorkerPool(ProcessPoolExecutor):
         return next((process.exitcode or 0 for process in self._started.values()), 0)
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        # Processes start in here and inherit the mask, so that they are deaf to Ctrl-C from their first moment.
-        previous = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        # Processes start in here, undisturbed, and inherit the mask, so that they are deaf to Ctrl-C from their first moment.
+        previous = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
         try:
             with nullcontext() if self.imports_main and main_module.can_be_imported() else main_module.without_main():
                 return super().submit(fn, *args, **kwargs)
@@ -301,7 +301,8 @@ class _WorkerPool(ProcessPoolExecutor):
 
 
 def _end_with(lifeline: Connection) -> None:
-    """End this process when the other end of `lifeline` is closed."""
+    """End this process when the other end of `lifeline` is closed; unlike Ctrl-C, SIGTERM is for it to answer too."""
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGTERM})
 
     def wait() -> None:
         lifeline.poll(None)

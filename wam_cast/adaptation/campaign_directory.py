@@ -19,7 +19,7 @@ import pyarrow as pa
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from wam_cast.adaptation.robot import LARGEST_STD
-from wam_cast.cast import LONGEST_CAST, PARAMETERS
+from wam_cast.cast import LARGEST, LONGEST_CAST, PARAMETERS
 from wam_cast.errors import InputError, describe_validation, quoted
 from wam_cast.scenario import Bounds
 from wam_cast.storage.casts_part import PartError, concatenated, read_table, write_part
@@ -71,8 +71,8 @@ MAY_BE_MISSING = ("is_caught",)
 MOST_CASTS = 10_000
 """Of a campaign."""
 
-FARTHEST, FASTEST, LARGEST_ANGLE = 1000.0, 1000.0, 1000.0
-"""Of what is believed and observed [m], [m/s], [rad]: beyond what any arm does."""
+FARTHEST = 1000.0
+"""At which a landing is believed or observed, and the largest standard deviation of what is believed [m]."""
 
 LEAST = 1e-6
 """Distance and speed of a move [m], [m/s]."""
@@ -194,12 +194,12 @@ def _ranges(bounds: Bounds) -> dict[str, tuple[float, float]]:
         "distance": (LEAST, largest["distance"]),
         "speed": (LEAST, largest["speed"]),
         "wait": (0.0, largest["wait"]),
-        "bearing": (-LARGEST_ANGLE, LARGEST_ANGLE),
+        "bearing": (-LARGEST["bearing"], LARGEST["bearing"]),
         **dict.fromkeys(("predicted_x", "predicted_y", "landing_x", "landing_y"), (-FARTHEST, FARTHEST)),
         **dict.fromkeys(("predicted_std_along", "predicted_std_across"), (0.0, FARTHEST)),
         "landing_std": (0.0, LARGEST_STD),
-        "executed_distance": (LEAST, FARTHEST),
-        "executed_speed": (LEAST, FASTEST),
+        "executed_distance": (LEAST, LARGEST["distance"]),
+        "executed_speed": (LEAST, LARGEST["speed"]),
         "executed_wait": (0.0, LONGEST_CAST),
     }
 

@@ -35,7 +35,7 @@ def main() -> None:
         code = 130
     if code == 130:
         exec("")  # lest Python remember an interruption amid another `exec`, as dataclasses have, and end by a signal
-        if signal.SIGTERM in heard:
+        if heard and signal.SIGTERM in heard:
             _say("terminated")
             _end_by(signal.SIGTERM)
         _say("interrupted")

@@ -68,5 +68,3 @@ def test_digits_between_colons_are_text_as_in_yaml_1_2(tmp_path):
     path.write_text("arm: {base_frame: 1:30, mount_height: 0x2}")
     with pytest.raises(InputError, match="no link '1:30'"):
         Scenario.from_yaml(path)
-
-

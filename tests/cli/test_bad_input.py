@@ -6,6 +6,7 @@ import pytest
 
 import wam_cast as wc
 from wam_cast.arm.arm_model import models_directory
+from wam_cast.cli import commands
 
 SCENARIOS = {
     "unknown_key.yaml": ("string: {lenght: 0.5}", ["string.lenght", "unknown key", "length, n_links"]),
@@ -232,14 +233,24 @@ def test_a_scenario_whose_own_model_could_have_no_name_is_one_line(refused, fold
     assert "has no model yet" in refused("plan", "--cup", "0.7", "--scenario", name)
 
 
-@pytest.mark.parametrize("option", ["--picture a.png", "--animation a.gif", "--replay a.html"])
-def test_a_mesh_that_cannot_be_drawn_is_refused_before_the_cast(cli, folder, monkeypatch, option):
+@pytest.mark.parametrize(
+    "words",
+    [
+        *(
+            f"throw --cup 0.75 --cast 0.30,0.60,0.45 --{what}"
+            for what in ("picture a.png", "animation a.gif", "replay a.html")
+        ),
+        "reproduce --quick --out report",
+    ],
+)
+def test_a_mesh_that_cannot_be_drawn_is_refused_before_the_work(cli, folder, monkeypatch, words):
     shutil.copy(models_directory() / "wam7.urdf", folder)
     shutil.copytree(models_directory() / "meshes", folder / "meshes")
     (folder / "meshes" / "base_aluminium.obj").write_text("")
     (folder / "s.yaml").write_text("arm: {urdf: wam7.urdf}")
     monkeypatch.setattr(wc, "CastSimulator", None)
-    result = cli(*f"throw --cup 0.75 --cast 0.30,0.60,0.45 --scenario s.yaml {option}".split())
+    monkeypatch.setattr(commands, "require_workable", lambda *_: None)
+    result = cli(*words.split(), "--scenario", "s.yaml")
     assert result.code == 2
     assert result.err.startswith("error: arm.urdf: the mesh ")
     assert "base_aluminium.obj cannot be drawn: it is empty; mend the file" in result.err

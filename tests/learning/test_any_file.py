@@ -260,7 +260,7 @@ def check_std(model):
 def test_a_model_that_no_file_may_hold_is_not_kept(made):
     data = CastDataset.load(made / "casts")
     model = ForwardModel.from_hyperparameters(data, sigma=1e8, regularization=1e-3)
-    with pytest.raises(InputError, match="info.sigma.*fit it with other hyperparameters"):
+    with pytest.raises(InputError, match=r"info\.sigma.*fit it with other hyperparameters"):
         model.save(made / "other.model")
     assert not (made / "other.model").exists()
 

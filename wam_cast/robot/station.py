@@ -15,9 +15,9 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSyst
 from pydrake.systems.primitives import LinearSystem, LogVectorOutput
 
 from wam_cast.arm.arm_chain import arm_chain, encoder_resolution
+from wam_cast.arm.arm_meshes import check_meshes
 from wam_cast.arm.arm_model import arm_model
 from wam_cast.arm.posture import starting_posture
-from wam_cast.arm.arm_meshes import check_meshes
 from wam_cast.cast import Cast
 from wam_cast.casting_plane import to_casting_plane
 from wam_cast.errors import InputError

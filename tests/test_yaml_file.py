@@ -18,6 +18,10 @@ from wam_cast.scenario import Scenario
         "[" * 5000,
         "ball: {mass: 1\u0000}",
         "ball: &a {mass: 1}\nstring: *b",
+        f"ball: {{mass: {':'.join(['1'] * 210)}.5}}",
+        f"ball: {{mass: {'1:' * 49_000}1}}",
+        f"ball: {{mass: !!int {'1:' * 49_000}1}}",
+        f"{{{', '.join(f'k{i}: 1' for i in range(8000))}}}",
     ],
     ids=[
         "a day of month 13",
@@ -29,6 +33,10 @@ from wam_cast.scenario import Scenario
         "nested",
         "a null character",
         "no such alias",
+        "digits to the base of 60",
+        "thousands of digits to the base of 60",
+        "digits that a tag says are to the base of 60",
+        "thousands of keys",
     ],
 )
 def test_what_is_no_scenario_is_one_short_line(tmp_path, text):
@@ -51,5 +59,12 @@ def test_a_device_is_no_file(path):
 def test_a_file_larger_than_any_scenario_is_not_read(tmp_path):
     path = tmp_path / "my.yaml"
     path.write_text("# " + "x" * 2_000_000)
-    with pytest.raises(InputError, match="larger than 1000000 bytes"):
+    with pytest.raises(InputError, match="larger than 100000 bytes"):
+        Scenario.from_yaml(path)
+
+
+def test_digits_between_colons_are_text_as_in_yaml_1_2(tmp_path):
+    path = tmp_path / "my.yaml"
+    path.write_text("arm: {base_frame: 1:30, mount_height: 0x2}")
+    with pytest.raises(InputError, match="no link '1:30'"):
         Scenario.from_yaml(path)

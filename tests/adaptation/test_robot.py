@@ -1,5 +1,6 @@
 """A robot that only answers casts."""
 
+import shutil
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,10 +9,11 @@ import pytest
 import wam_cast as wc
 from wam_cast.adaptation.robot import LARGEST_STD, Robot, SimulatedRobot
 from wam_cast.adaptation.robot_distribution import RobotDistribution
+from wam_cast.arm.arm_model import models_directory
 from wam_cast.cast import Cast
 from wam_cast.errors import InputError
 from wam_cast.perception.ball_filter import ObservedLanding
-from wam_cast.scenario import Cameras, Noise, Scenario
+from wam_cast.scenario import Arm, Cameras, Noise, Scenario
 
 CAST = Cast(0.30, 0.60, 0.10)
 NOISY = Scenario(noise=Noise.typical())
@@ -132,3 +134,13 @@ def test_a_robot_that_cameras_look_at_lands_where_they_say():
     exact = SimulatedRobot(truth, Scenario(), seed=3, landing_std=0.0).cast(CAST)
     assert np.linalg.norm(seen.landing - exact.landing) < 0.003
     assert 1e-4 < seen.landing_std < 0.003
+
+
+def test_an_arm_that_cameras_cannot_be_shown_is_refused_before_its_first_cast(tmp_path):
+    shutil.copy(models_directory() / "wam7.urdf", tmp_path)
+    shutil.copytree(models_directory() / "meshes", tmp_path / "meshes")
+    (tmp_path / "meshes" / "link1_white.obj").write_text("f 1 2 3")
+    truth = Scenario(arm=Arm(urdf=str(tmp_path / "wam7.urdf")))
+    SimulatedRobot(truth)
+    with pytest.raises(InputError, match=r"link1_white\.obj cannot be drawn: line 1, 'f 1 2 3': there is no 1 among 0"):
+        SimulatedRobot(truth, observe="camera")

@@ -3,6 +3,7 @@
 import math
 import os
 import re
+import time
 from copy import deepcopy
 from xml.etree import ElementTree as ET
 
@@ -402,3 +403,23 @@ def test_a_file_that_was_edited_is_read_again(tmp_path, bare):
     path.write_text(re.sub('upper="3.1"', 'upper="3.0"', bare), encoding="utf-8")
     os.utime(path, ns=(1, 1))
     assert Scenario.from_dict({"arm": {"urdf": str(path)}}).fingerprint != before
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ("".join(f'<link name="l{i}"/>' for i in range(200_000)), "has 200000 parts, 10000 at most can be read"),
+        ("".join(f'<link name="l{i}"/>' for i in range(9999)), "no link 'base'; set arm.base_frame to one of l0, l1"),
+        (f"<link>{'<a/>' * 200_000}</link>", "1 links are named ''"),
+        (f"<link name='a'>{'<b>' * 50_000}{'</b>' * 50_000}</link>", "more than 20 deep"),
+    ],
+    ids=["parts", "links", "elements of a link", "elements within elements"],
+)
+def test_of_too_many_parts_a_line_is_said_soon(tmp_path, content, words):
+    path = tmp_path / "many.urdf"
+    path.write_text(f'<robot name="many">{content}</robot>')
+    started = time.process_time()
+    with pytest.raises(InputError, match=words) as error:
+        Scenario.from_dict({"arm": {"urdf": str(path)}})
+    assert time.process_time() - started < 2
+    assert len(str(error.value)) < 1300

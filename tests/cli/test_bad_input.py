@@ -1,6 +1,12 @@
 """Input that cannot be used: one line on standard error that says how to fix it, exit code 2, nothing left behind."""
 
+import shutil
+
 import pytest
+
+import wam_cast as wc
+from wam_cast.arm.arm_model import models_directory
+from wam_cast.cli import commands
 
 SCENARIOS = {
     "unknown_key.yaml": ("string: {lenght: 0.5}", ["string.lenght", "unknown key", "length, n_links"]),
@@ -225,3 +231,29 @@ def test_a_scenario_whose_own_model_could_have_no_name_is_one_line(refused, fold
     name = f"{'x' * 245}.yaml"
     (folder / name).write_text("ball: {mass: 0.05}")
     assert "has no model yet" in refused("plan", "--cup", "0.7", "--scenario", name)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        *(
+            f"throw --cup 0.75 --cast 0.30,0.60,0.45 --{what}"
+            for what in ("picture a.png", "animation a.gif", "replay a.html")
+        ),
+        "reproduce --quick --out report",
+    ],
+)
+def test_a_mesh_that_cannot_be_drawn_is_refused_before_the_work(cli, folder, monkeypatch, words):
+    shutil.copy(models_directory() / "wam7.urdf", folder)
+    shutil.copytree(models_directory() / "meshes", folder / "meshes")
+    (folder / "meshes" / "base_aluminium.obj").write_text("")
+    (folder / "s.yaml").write_text("arm: {urdf: wam7.urdf}")
+    monkeypatch.setattr(wc, "CastSimulator", None)
+    monkeypatch.setattr(commands, "require_workable", lambda *_: None)
+    result = cli(*words.split(), "--scenario", "s.yaml")
+    assert result.code == 2
+    assert result.err.startswith("error: arm.urdf: the mesh ")
+    assert "base_aluminium.obj cannot be drawn: it is empty; mend the file" in result.err
+    assert result.err.count("\n") == 1
+    assert result.out == ""
+    assert sorted(path.name for path in folder.iterdir()) == ["meshes", "s.yaml", "wam7.urdf"]

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as stn
 
 from wam_cast.cast import PARAMETERS
+from wam_cast.errors import InputError
 from wam_cast.generation.sampling import sample_cast, sample_casts
 from wam_cast.learning import dataset
 from wam_cast.learning.dataset import CastDataset, generate_dataset
@@ -178,3 +179,98 @@ def test_what_unpacks_to_much_is_not_unpacked(made, answered, n, kind):
         for name in whole.namelist():
             copy.writestr(name, header.getvalue() if name == "training_casts.npy" else whole.read(name))
     predicts(made / "copy.model", answered)
+
+
+def changed(made, part, name, value):
+    """Write the model with one number of its header, or one array, replaced, and return the file."""
+    with np.load(made / "whole.model") as file:
+        arrays = dict(file)
+    header = json.loads(str(arrays["header"]))
+    if part is None:
+        arrays[name] = np.full_like(arrays[name], value)
+    else:
+        header[part][name] = value
+    np.savez(made / "copy.npz", **arrays | {"header": np.array(json.dumps(header))})
+    return made / "copy.npz"
+
+
+@pytest.mark.parametrize(
+    ("part", "name", "value"),
+    [
+        ("uncertainty", "scale", 1e300),
+        ("uncertainty", "scale", 1e-300),
+        ("uncertainty", "scale", float("nan")),
+        ("uncertainty", "regularization", 0),
+        ("uncertainty", "sigma", [1e-300, 1, 1]),
+        ("info", "sigma", [1, 1, 1e300]),
+        ("info", "regularization", 1e308),
+        ("info", "seed", -3),
+        ("info", "test_rmse", -5),
+        ("info", "test_rmse", 1e300),
+        ("info", "validation_rmse", 1e300),
+        ("info", "n_landmarks", 100_000),
+        (None, "training_log_ratios", -1e6),
+        (None, "training_log_ratios", 1e6),
+    ],
+)
+def test_a_number_that_no_fit_gives_is_refused_by_its_name(made, part, name, value):
+    with pytest.raises(InputError, match=name) as error:
+        ForwardModel.load(changed(made, part, name, value))
+    assert len(str(error.value)) < 600
+
+
+@pytest.mark.parametrize(
+    ("part", "name", "value"),
+    [
+        ("info", "test_rmse", float("nan")),
+        ("info", "sigma", [1e-6] * 3),
+        ("uncertainty", "sigma", [1e-6] * 3),
+        ("uncertainty", "scale", 1e9),
+        ("uncertainty", "scale", 1e-9),
+        ("uncertainty", "regularization", 1e-12),
+        ("uncertainty", "regularization", 1e6),
+        (None, "training_log_ratios", -50),
+        (None, "training_log_ratios", 50),
+    ],
+)
+@pytest.mark.filterwarnings("error")
+def test_at_the_end_of_each_range_the_standard_deviation_is_a_positive_number_with_a_slope(made, part, name, value):
+    check_std(ForwardModel.load(changed(made, part, name, value)))
+
+
+@pytest.mark.filterwarnings("error")
+def test_without_a_regularization_so_it_is(made):
+    data = CastDataset.load(made / "casts")
+    ForwardModel.from_hyperparameters(data, sigma=0.1, regularization=0).save(made / "copy.model")
+    check_std(ForwardModel.load(made / "copy.model"))
+
+
+def check_std(model):
+    """Check the standard deviations of a few training casts and others."""
+    uncertainty = model.uncertainty
+    casts = np.vstack([model.training_casts[:3], sample_casts(SCENARIO, 3, seed=1)])
+    std = uncertainty.std(casts)
+    assert np.all((std > 0) & np.isfinite(std))
+    for cast, expected in zip(casts, std, strict=True):
+        found, slope = uncertainty.linearize(cast)
+        assert found == pytest.approx(expected, rel=1e-4)
+        assert np.all(np.isfinite(slope))
+
+
+def test_a_model_that_no_file_may_hold_is_not_kept(made):
+    data = CastDataset.load(made / "casts")
+    model = ForwardModel.from_hyperparameters(data, sigma=1e8, regularization=1e-3)
+    with pytest.raises(InputError, match=r"info\.sigma.*fit it with other hyperparameters"):
+        model.save(made / "other.model")
+    assert not (made / "other.model").exists()
+
+
+@pytest.mark.parametrize("shape", ["(" * 5000, "-" * 9000, "0x", "(1, "])
+def test_the_header_of_an_array_that_no_parser_takes_is_refused(made, shape):
+    text = f"{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}".encode() + b"\n"
+    with zipfile.ZipFile(made / "whole.model") as whole, zipfile.ZipFile(made / "copy.model", "w") as copy:
+        for name in whole.namelist():
+            spoilt = b"\x93NUMPY\x01\x00" + len(text).to_bytes(2, "little") + text
+            copy.writestr(name, spoilt if name == "training_casts.npy" else whole.read(name))
+    with pytest.raises(InputError, match="not a model file, or a damaged one"):
+        ForwardModel.load(made / "copy.model")

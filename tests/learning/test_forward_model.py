@@ -546,7 +546,7 @@ ADVICE = "which wam-cast fit does not write; fit it anew"
 @pytest.mark.parametrize(
     ("part", "values", "said"),
     [
-        ("info", {"sigma": [0.0, 1.0, 1.0]}, "info.sigma.0: input should be greater than 0, not 0"),
+        ("info", {"sigma": [0.0, 1.0, 1.0]}, "info.sigma.0: input should be greater than or equal to 0.000001, not 0"),
         ("info", {"sigma": [math.nan] * 3}, "info.sigma.0: "),
         ("info", {"sigma": 0.5}, "info.sigma: "),
         ("info", {"sigma": [0.5, 0.5]}, "info.sigma.2: "),
@@ -565,7 +565,11 @@ ADVICE = "which wam-cast fit does not write; fit it anew"
         ("info", {"n_landmarks": 10**9}, "info.n_landmarks: "),
         ("info", {"seed": None}, "info.seed: "),
         ("uncertainty", {"scale": math.nan}, "uncertainty.scale: "),
-        ("uncertainty", {"scale": -1}, "uncertainty.scale: input should be greater than 0, not -1"),
+        (
+            "uncertainty",
+            {"scale": -1},
+            "uncertainty.scale: input should be greater than or equal to 0.000000001, not -1",
+        ),
         ("uncertainty", {"scale": 0}, "uncertainty.scale: "),
         ("uncertainty", {"sigma": [0.2]}, "uncertainty.sigma.1: "),
         ("uncertainty", {"regularization": math.inf}, "uncertainty.regularization: "),

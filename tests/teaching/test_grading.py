@@ -79,6 +79,59 @@ def test_bad_numbers_and_empty_folders_are_refused(folder, options):
         grade(folder, **options)
 
 
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        (b"[" * 200_000, ""),
+        (b'{"cells": ' + b'{"a":' * 200_000, ""),
+        (b"\xff\xfe", ""),
+        (b"5", ""),
+        (b'{"cells": [{"cell_type": "code", "source": 5}]}', ""),
+        (None, ": larger than 50000000 bytes"),
+    ],
+    ids=["lists in lists", "objects in objects", "no UTF-8", "a number", "a cell that is a number", "gigabytes"],
+)
+@pytest.mark.usefixtures("little_memory")
+def test_an_unreadable_notebook_is_a_row_and_the_next_one_is_graded(folder, content, reason):
+    hand_in(folder / "b.ipynb", "x = 1")
+    (folder / "a.ipynb").write_bytes(content or b"")
+    if content is None:
+        os.truncate(folder / "a.ipynb", 6 * 1024**3)
+    table = grade(folder, n_workers=1)
+    assert table["submission"].tolist() == ["a", "b"]
+    assert table["words"].tolist() == [f"it cannot be read as a notebook{reason}", "it has no function of any exercise"]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere names are Unicode")
+def test_any_name_is_a_line_that_a_table_can_hold(folder):
+    folder.mkdir()
+    names = [b"\xff\xfe.ipynb", b"two\nlines.ipynb", "\u4e00\u00e9.ipynb".encode(), b"red \x1b[31m.ipynb"]
+    for name in names:
+        Path(os.fsdecode(bytes(folder) + b"/" + name)).write_text("{}")
+    found = grade(folder, n_workers=1)["submission"].tolist()
+    assert sorted(found) == sorted(["\\udcff\\udcfe", "two\\nlines", "\u4e00\u00e9", "red \\x1b[31m"])
+
+
+@pytest.mark.parametrize(
+    "written", [b"5", b"[5]", b'[["joint_torques", [], ""]]', b"[" * 90_000, b"[" + b" " * 10**7 + b"]"]
+)
+def test_what_a_notebook_writes_among_the_answers_ends_nothing(folder, monkeypatch, written):
+    def process(self, seed, folder, answers):
+        answers.write(written)
+        return subprocess.Popen([sys.executable, "-S", "-c", ""], start_new_session=True)
+
+    monkeypatch.setattr(Submission, "process", process)
+    hand_in(folder / "a.ipynb", RIGHT)
+    assert set(grade(folder, n_workers=1)["words"]) == {"the notebook ended Python"}
+
+
+@pytest.mark.slow
+def test_an_error_of_stray_letters_is_written_to_the_table(folder, tmp_path):
+    hand_in(folder / "a.ipynb", f"raise ValueError('\\udcff\\x1b[0m')\n{RIGHT}")
+    grade(folder).to_csv(tmp_path / "marks.csv", index=False)
+    assert "raises ValueError: \\udcff\\x1b[0m" in (tmp_path / "marks.csv").read_text(encoding="utf-8")
+
+
 @pytest.mark.slow
 def test_a_class_is_graded_whatever_its_notebooks_do(folder, monkeypatch):
     hand_in(

@@ -9,6 +9,7 @@ from typing import Literal, Protocol, Self, get_args, runtime_checkable
 import numpy as np
 
 from wam_cast.adaptation.robot_distribution import RobotDistribution
+from wam_cast.arm.arm_meshes import check_meshes
 from wam_cast.cast import Cast
 from wam_cast.errors import InputError, checked_integer, checked_std, quoted
 from wam_cast.motion.noise_draws import executed_cast
@@ -113,6 +114,8 @@ class SimulatedRobot:
         if observe not in get_args(Source):
             raise InputError(f"observe = {quoted(observe)} must be one of {', '.join(get_args(Source))}")
         self._truth, self.belief, self._observe = truth, belief or truth, observe
+        if observe == "camera":
+            check_meshes(truth.arm)
         if observe == "camera" and not truth.cameras.number:
             self._truth = truth.model_copy(update={"cameras": truth.cameras.model_copy(update={"number": 2})})
         self._seed, self.n_casts = checked_integer("seed", seed, 0), checked_integer("n_before", n_before, 0)

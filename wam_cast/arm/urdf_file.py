@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from pathlib import Path
 from typing import TypeAlias
 from xml.etree import ElementTree as ET
@@ -17,6 +18,12 @@ Element: TypeAlias = ET.Element
 
 LARGEST_URDF = 10_000_000
 """Bytes."""
+
+MOST_PARTS = 10_000
+"""More links, joints and other parts than any robot has."""
+
+MOST_NESTED = 20
+"""A URDF's elements are 5 deep."""
 
 DRAKE = "{https://drake.mit.edu}"
 ET.register_namespace("drake", "https://drake.mit.edu")  # Drake's parser goes by the prefix
@@ -57,6 +64,13 @@ def parse_urdf(path: Path) -> Element:
         raise InputError(f"is not XML ({error}); name a URDF file") from None
     if root.tag != "robot":
         raise InputError(f"has a <{root.tag}> where a URDF has its <robot>; name a URDF file")
+    if len(root) > MOST_PARTS:
+        raise InputError(f"has {len(root)} parts, {MOST_PARTS} at most can be read; name the URDF of one arm")
+    level = list(root)
+    for _ in range(MOST_NESTED):
+        level = [element for one in level for element in one]
+    if level:
+        raise InputError(f"has elements within elements, more than {MOST_NESTED} deep; name a URDF file")
     if any("xacro" in element.tag for element in root.iter()):
         raise InputError("is a xacro file; name what it makes: xacro FILE > arm.urdf")
     for element in root.iter():  # files name Drake's namespace by one address or another
@@ -69,12 +83,9 @@ def parse_urdf(path: Path) -> Element:
 
 def _keep_what_counts(root: Element) -> None:
     """Remove what is not read, and check that all numbers are numbers."""
-    for part in list(root):
-        if part.tag not in PARTS:
-            root.remove(part)
-        for element in list(part):
-            if element.tag not in PARTS.get(part.tag, ()):
-                part.remove(element)
+    root[:] = [part for part in root if part.tag in PARTS]
+    for part in root:
+        part[:] = [element for element in part if element.tag in PARTS[part.tag]]
     for part in root:
         for element in part.iter():
             for attribute in NUMBERS.keys() & element.attrib.keys():
@@ -113,10 +124,9 @@ def link_of(end: Element | None) -> str:
 def named(root: Element, tag: str) -> dict[str, Element]:
     """Return the links or the joints by name."""
     elements = {element.get("name", ""): element for element in root.findall(tag)}
-    names = [element.get("name", "") for element in root.findall(tag)]
-    for name in names:
-        if names.count(name) > 1 or not name:
-            raise InputError(f"{names.count(name)} {tag}s are named {name!r}; give each a name of its own")
+    for name, count in Counter(element.get("name", "") for element in root.findall(tag)).items():
+        if count > 1 or not name:
+            raise InputError(f"{count} {tag}s are named {name!r}; give each a name of its own")
     return elements
 
 

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import io
 import json
+import math
 import zipfile
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, NonNegativeInt, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, NonNegativeInt, ValidationError, model_validator
 
 from wam_cast.errors import InputError, describe_validation
-from wam_cast.learning.uncertainty import ErrorFit, NotNegative, Positive
+from wam_cast.learning.uncertainty import LARGEST_LOG_RATIO, ErrorFit, LengthScale, Regularization
 from wam_cast.planning.prediction import OUTPUTS
 from wam_cast.scenario import Scenario
 from wam_cast.storage.array_archive import LARGEST_MEMBER, NOT_AN_ARCHIVE, read_array
@@ -38,6 +39,15 @@ MOST_TRAINING_CASTS = 100_000
 LARGEST_VALUE = 1e6
 """In SI units no cast has a larger number."""
 
+Rmse = Annotated[float, Field(ge=0, le=LARGEST_VALUE)]
+
+
+def _checked_rmse(value: float) -> float:
+    """Return the error of the test casts, which may be nan."""
+    if not (math.isnan(value) or 0 <= value <= LARGEST_VALUE):
+        raise ValueError(f"info.test_rmse = {value:g} must be nan or from 0 to {LARGEST_VALUE:g} m")
+    return value
+
 
 @dataclass(frozen=True)
 class Fit:
@@ -60,15 +70,15 @@ class Fit:
         Training casts that the kernel stands at, see `.KernelRidge`; None if at all of them: the regression is then exact.
     """
 
-    seed: int
+    seed: NonNegativeInt
     n_train: Annotated[int, Field(ge=2, le=MOST_TRAINING_CASTS)]
     n_validation: NonNegativeInt
     n_test: NonNegativeInt
-    sigma: tuple[Positive, Positive, Positive]
-    regularization: NotNegative
-    leave_one_out_rmse: NotNegative
-    validation_rmse: NotNegative
-    test_rmse: float
+    sigma: tuple[LengthScale, LengthScale, LengthScale]
+    regularization: Regularization
+    leave_one_out_rmse: Rmse
+    validation_rmse: Rmse
+    test_rmse: Annotated[float, AfterValidator(_checked_rmse)]
     n_landmarks: Annotated[int, Field(ge=1, le=MOST_TRAINING_CASTS)] | None = None  # which older files do not have
 
 
@@ -103,6 +113,14 @@ class _Header(_Written):
     uncertainty: ErrorFit
     controller: str
 
+    @model_validator(mode="after")
+    def _has_its_landmarks(self) -> Self:
+        if (self.info.n_landmarks or 0) > self.info.n_train:
+            raise ValueError(
+                f"info.n_landmarks = {self.info.n_landmarks} is more than its {self.info.n_train} training casts"
+            )
+        return self
+
 
 def write_model(path: str | Path, model: StoredModel) -> None:
     """Write a model to one file. Raises `.InputError` if that cannot be done; then nothing is left behind."""
@@ -114,6 +132,12 @@ def write_model(path: str | Path, model: StoredModel) -> None:
         "uncertainty": asdict(model.uncertainty),
         "controller": model.controller,
     }
+    try:
+        _Header.model_validate(header)
+    except ValidationError as error:
+        raise InputError(
+            f"model {path}: {describe_validation(error)}, so that it cannot be kept; fit it with other hyperparameters"
+        ) from None
     content = io.BytesIO()
     np.savez_compressed(content, header=np.array(json.dumps(header)), **{name: getattr(model, name) for name in WIDTHS})
     write_file(path, content.getvalue())
@@ -174,5 +198,7 @@ def _check_array(name: str, array: NDArray[Any], n_train: int) -> None:
     shape, dtype = (n_train, *WIDTHS[name]), np.dtype(bool if name == "training_is_clean" else float)
     if (array.shape, array.dtype) != (shape, dtype):
         raise ValueError(f"{name} is of shape {array.shape} and type {array.dtype}, not {shape} and {dtype}")
-    if not np.all(np.abs(array) <= LARGEST_VALUE):
-        raise ValueError(f"{name} holds {array[~(np.abs(array) <= LARGEST_VALUE)][0]:g}")
+    largest = LARGEST_LOG_RATIO if name == "training_log_ratios" else LARGEST_VALUE
+    is_beyond = ~(np.abs(array) <= largest)
+    if np.any(is_beyond):
+        raise ValueError(f"{name} holds {array[is_beyond][0]:g}, beyond {largest:g} in magnitude")

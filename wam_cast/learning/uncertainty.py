@@ -43,9 +43,16 @@ LEAST_EIGENVALUE = 1e-2
 """Of the kernel matrix, in units of lambda, down to which its eigenvectors are kept."""
 
 
+LEAST_VARIANCE = 1e-12
+"""Of the posterior, in units of its prior: without a lambda it is 0 at a training cast, and rounding makes anything of that."""
+
+LARGEST_LOG_RATIO = 50.0
+"""Magnitude of an error's logarithm: from less than rounding errors to more than any error [m]."""
+
 # What a file may say; who computes such a number is not asked.
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+LengthScale = Annotated[float, Field(ge=1e-6, le=1e6)]
+Regularization = Annotated[float, Field(ge=0, le=1e6)]
+Scale = Annotated[float, Field(ge=1e-9, le=1e9)]
 
 
 @dataclass(frozen=True)
@@ -60,9 +67,9 @@ class ErrorFit:
         By which the errors of held-out casts are larger than predicted without it; see `held_out_scale`.
     """
 
-    sigma: tuple[Positive, Positive, Positive]
-    regularization: NotNegative
-    scale: Positive
+    sigma: tuple[LengthScale, LengthScale, LengthScale]
+    regularization: Annotated[Regularization, Field(ge=1e-12)]
+    scale: Scale
 
 
 class LandingUncertainty:
@@ -118,18 +125,20 @@ class LandingUncertainty:
         """Return the predictive standard deviation [m], shape (n,), at casts of shape (n, 3)."""
         K = gaussian_kernel(*((rows - self._offset) / self._length_scale for rows in (X, self._centers)))
         variance = 1.0 - np.sum((K @ self._whitening.T) ** 2, axis=1)
-        variance = np.maximum(variance, 0.0) + self._regularization
-        return np.asarray(self.fit.scale * np.exp(self._correction.predict(X)) * np.sqrt(variance))
+        variance = np.maximum(np.maximum(variance, 0.0) + self._regularization, LEAST_VARIANCE)
+        log_ratio = np.clip(self._correction.predict(X), -LARGEST_LOG_RATIO, LARGEST_LOG_RATIO)
+        return np.asarray(self.fit.scale * np.exp(log_ratio) * np.sqrt(variance))
 
     def linearize(self, x: Array) -> tuple[float, Array]:
         """Return the standard deviation [m] at one cast, shape (3,), and its derivative in SI units, shape (3,)."""
         offsets = (x - self._centers) / self._length_scale
         kernel = np.exp(-np.einsum("ij,ij->i", offsets, offsets))
         white = self._whitening @ kernel
-        variance = max(1.0 - float(white @ white), 0.0) + self._regularization
+        variance = max(max(1.0 - float(white @ white), 0.0) + self._regularization, LEAST_VARIANCE)
         # d variance / dz = -2 white^T W dk / dz, with dk_n / dz = -2 (z - z_n) k_n
         slope = 4.0 * ((white @ self._whitening) * kernel) @ offsets / self._length_scale
         log_ratio, log_slope = self._correction.linearize(x[np.newaxis])
+        log_ratio = np.clip(log_ratio, -LARGEST_LOG_RATIO, LARGEST_LOG_RATIO)
         std = self.fit.scale * float(np.exp(log_ratio[0])) * variance**0.5
         return std, std * (log_slope[0] + slope / (2 * variance))
 

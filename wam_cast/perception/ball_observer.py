@@ -12,6 +12,7 @@ from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, Even
 from pydrake.systems.sensors import RgbdSensor
 from scipy.spatial.transform import Rotation
 
+from wam_cast.arm.arm_meshes import drawn_meshes
 from wam_cast.perception.ball_detector import N_VALUES, BallDetector
 from wam_cast.perception.ball_filter import BallBelief, BallFilter
 from wam_cast.perception.pinhole import RENDERER, Camera
@@ -189,7 +190,8 @@ def add_eyes(
         Of the first pictures [s], later than half an exposure.
     """
     if not scene_graph.HasRenderer(RENDERER):
-        scene_graph.AddRenderer(RENDERER, make_camera_light())
+        with drawn_meshes(scenario.arm):
+            scene_graph.AddRenderer(RENDERER, make_camera_light())
     cameras, world = scenario.cameras, scene_graph.world_frame_id()
     observer = add_system(builder, "ball_observer", BallObserver(scenario, belief or scenario, start))
     builder.Connect(hand, observer.GetInputPort("hand"))

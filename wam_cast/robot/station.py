@@ -15,6 +15,7 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSyst
 from pydrake.systems.primitives import LinearSystem, LogVectorOutput
 
 from wam_cast.arm.arm_chain import arm_chain, encoder_resolution
+from wam_cast.arm.arm_meshes import check_meshes
 from wam_cast.arm.arm_model import arm_model
 from wam_cast.arm.posture import starting_posture
 from wam_cast.cast import Cast
@@ -152,6 +153,7 @@ class CastStation:
             if self.scene_graph is None:
                 raise InputError("meshcat: a station without geometry has nothing to show; leave has_scene=False out")
             parameters = MeshcatVisualizerParams(publish_period=1 / 64)
+            check_meshes(scenario.arm)
             self.visualizer = MeshcatVisualizer.AddToBuilder(builder, self.scene_graph, meshcat, parameters)
         self.diagram: Diagram = builder.Build()
         self.diagram.set_name("cast_station")

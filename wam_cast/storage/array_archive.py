@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import struct
+import tokenize
 import zipfile
 import zlib
 from typing import Any
@@ -24,8 +25,11 @@ NOT_AN_ARCHIVE = (
     zipfile.BadZipFile,
     zlib.error,
     struct.error,
+    tokenize.TokenError,
+    SyntaxError,
+    MemoryError,
 )
-"""What zip and numpy raise for bytes that are something else, or damaged."""
+"""What zip and numpy, and Python's parser for an array's header, raise for bytes that are something else, or damaged."""
 
 
 def read_array(archive: zipfile.ZipFile, name: str) -> NDArray[Any]:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import pandas as pd
 
-from wam_cast.errors import InputError, checked_integer, is_finite, quoted
+from wam_cast.errors import InputError, checked_integer, is_finite, quoted, spelled_out
 from wam_cast.parallel.workers import checked_n_workers
 from wam_cast.teaching.exercises import Standing, Verdict
 from wam_cast.teaching.submission import Submission, end
@@ -25,7 +25,7 @@ class Mark(NamedTuple):
     """What is said of one task in one submission; of a notebook that is none of an exercise, exercise and task are empty."""
 
     submission: str
-    """Path of the notebook within the folder, without its suffix."""
+    """Path of the notebook within the folder, without its suffix; letters that cannot be printed are escapes."""
     exercise: str
     task: str
     standing: str
@@ -102,7 +102,7 @@ def _grading(notebooks: list[Path], folder: Path, seed: int, limit: float, n_wor
 
 
 def _marks(path: Path, *, folder: Path, seed: int, limit: float, running: set[subprocess.Popen[bytes]]) -> list[Mark]:
-    name = path.relative_to(folder).with_suffix("").as_posix()
+    name = _as_line(path.relative_to(folder).with_suffix("").as_posix())
     try:
         submission = Submission.read(path)
     except ValueError as error:
@@ -114,7 +114,12 @@ def _marks(path: Path, *, folder: Path, seed: int, limit: float, running: set[su
 
 
 def _told(verdict: Verdict) -> tuple[str, str, str]:
-    return verdict.task, str(verdict.standing), verdict.words
+    return verdict.task, str(verdict.standing), _as_line(verdict.words)
+
+
+def _as_line(text: str) -> str:
+    """Return a text of learners, who may name files and raise errors in any letters, as one line that any table can hold."""
+    return spelled_out(text).replace("\n", "\\n")
 
 
 def _is_hidden(path: Path) -> bool:

@@ -20,6 +20,13 @@ from typing import IO, Any
 
 from wam_cast.teaching.answer import described
 from wam_cast.teaching.exercises import EXERCISES, Standing, Verdict, judged
+from wam_cast.text_file import read_text
+
+LARGEST_NOTEBOOK = 50_000_000
+"""Bytes: what pictures in outputs may come to."""
+
+LARGEST_ANSWERS = 100_000
+"""Bytes: a line for each of a few tasks."""
 
 BINDING = re.compile(r"^(?:async +)?def +(\w+)|^(\w+) *=(?!=)", re.MULTILINE)
 """A name that a cell gives to a function, also where the cell as a whole is no Python."""
@@ -36,10 +43,13 @@ class Submission:
     def read(cls, path: Path) -> Submission:
         """Read a notebook. Raises `ValueError` if it is none."""
         try:
-            content = json.loads(path.read_text(encoding="utf-8"))
+            content = json.loads(read_text(path, LARGEST_NOTEBOOK))
             code = [cell["source"] for cell in content["cells"] if cell["cell_type"] == "code"]
             cells = tuple("".join(source).encode(errors="replace").decode() for source in code)
-        except (OSError, ValueError, KeyError, TypeError) as error:
+        except OSError as error:
+            reason = (error.strerror or "no file that can be read").lower()
+            raise ValueError(f"it cannot be read as a notebook: {reason}") from error
+        except (ValueError, KeyError, TypeError, RecursionError) as error:
             raise ValueError("it cannot be read as a notebook") from error
         defined = {name for cell in cells for name in _names_in(cell)}
         found = {name: len(defined & tasks.keys()) for name, tasks in EXERCISES.items()}
@@ -85,8 +95,9 @@ class Submission:
                 running.discard(process)
             answers.seek(0)
             try:
-                return [Verdict(task, Standing(standing), text) for task, standing, text in json.load(answers)]
-            except ValueError:
+                said = json.loads(answers.read(LARGEST_ANSWERS))
+                return [Verdict(str(task), Standing(standing), str(text)) for task, standing, text in said]
+            except (ValueError, TypeError, RecursionError):  # the notebook may have written there too
                 return [Verdict(task, Standing.WRONG, words) for task in EXERCISES[self.exercise]]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from contextlib import nullcontext
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.multibody.tree import FixedOffsetFrame, Frame, SpatialInertia
 from pydrake.systems.framework import DiagramBuilder
 
+from wam_cast.arm.arm_meshes import drawn_meshes
 from wam_cast.robot.cup_mesh import cup_mesh
 from wam_cast.robot.drake_types import translation
 from wam_cast.robot.plant import N_ARM, add_stand_visual, fill_plant, hanging_positions
@@ -46,6 +48,11 @@ class CastScene:
         A Meshcat to show it in, `frame_rate` frames a second [1/s], or none.
     light_bearing
         Where the light of rendered pictures comes from: a casting plane's bearing [rad]; without one there are none.
+
+    Raises
+    ------
+    InputError
+        If it is to be drawn, and a mesh of the arm cannot be.
     """
 
     def __init__(
@@ -63,7 +70,9 @@ class CastScene:
             self._scene_graph.AddRenderer(RENDERER, make_renderer(light_bearing))
         self._add_mount(scenario.arm)
         self._add_lit_cup(scenario.cup)
-        fill_plant(self.plant, scenario)
+        is_drawn = meshcat is not None or light_bearing is not None
+        with drawn_meshes(scenario.arm) if is_drawn else nullcontext():
+            fill_plant(self.plant, scenario)
         if meshcat is not None:
             parameters = MeshcatVisualizerParams(publish_period=1 / frame_rate)
             self._visualizer = MeshcatVisualizer.AddToBuilder(builder, self._scene_graph, meshcat, parameters)

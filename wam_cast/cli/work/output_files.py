@@ -53,6 +53,16 @@ class ThrowFiles(NamedTuple):
 
             check_mcap(self.recording)
 
+    def check_scene(self, scenario: wc.Scenario) -> None:
+        """Refuse a robot that cannot be drawn, if it is to be."""
+        from wam_cast.arm.arm_meshes import check_meshes
+        from wam_cast.visualization.scene import CastScene
+
+        if self.picture or self.animation:
+            CastScene(scenario, None, light_bearing=0.0)  # Drake itself is to read the meshes
+        elif self.replay:
+            check_meshes(scenario.arm)
+
     def write(self, recordings: Sequence[wc.CastRecording], landings: Sequence[Array | None]) -> None:
         """Write what is wanted of executed casts, whose predicted `landings` are marked where there are any, and say where.
 

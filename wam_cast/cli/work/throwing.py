@@ -60,6 +60,7 @@ def execute(
     If that is interrupted, write what was recorded of it.
     """
     if files.is_any_wanted:
+        files.check_scene(robot)
         simulator, recordings = wc.CastSimulator(robot, belief), list[wc.CastRecording]()
         landings = [None if plan is None else plan.predicted_landing for plan in plans]
         try:

@@ -31,6 +31,7 @@ from wam_cast.parallel.workers import Workers, checked_n_workers
 from wam_cast.scenario import Scenario
 from wam_cast.storage.run_directory import RunDirectory
 from wam_cast.types import checks_types
+from wam_cast.visualization.scene import CastScene
 
 Progress = Callable[[str, int, int], None]
 """Takes a phase's title, how much of it is done, and how much there is."""
@@ -78,11 +79,12 @@ def reproduce(
     ------
     InputError
         If the seed is no integer from 0 on or the number of processes none from 1 on, the directory holds something else or a run
-        with other settings or is in use, or the scenario cannot be simulated or learned.
+        with other settings or is in use, or the scenario cannot be drawn, simulated or learned.
     """
     settings = Settings.of(scenario, seed, quick, checked_engine(engine, scenario, has_own_controller=False))
     if n_workers is not None:
         checked_n_workers(n_workers)
+    CastScene(scenario, None, light_bearing=0.0)  # that it can be drawn: the figures come last
     report = on_progress or (lambda _title, _done, _n: None)
     # One thread for each process, which also makes ill-conditioned sums the same whatever the number of processors.
     store = RunDirectory(directory, settings.identity, settings.own_scenario)

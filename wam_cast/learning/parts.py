@@ -113,12 +113,14 @@ def _check_frame(frame: pd.DataFrame) -> None:
         if name in WORDS:
             is_allowed = column.isin(list(WORDS[name])).to_numpy(dtype=bool)
             if not is_allowed.all():
-                raise _wrong_value(column, int(np.argmin(is_allowed)), f"one of {', '.join(map(str, WORDS[name]))}")
+                row = int(np.argmin(is_allowed))
+                raise _wrong_value(name, column.iloc[row], row, f"one of {', '.join(map(str, WORDS[name]))}")
         else:
             numbers[name] = _numbers(column)
     wrong = first_wrong(numbers, frame["status"].to_numpy(dtype=object))
     if wrong is not None:
-        raise _wrong_value(frame[wrong.column], wrong.row, wrong.rule)
+        value = float(numbers[wrong.column][wrong.row])
+        raise _wrong_value(wrong.column, value, wrong.row, wrong.rule)
 
 
 def _numbers(column: pd.Series[Any]) -> Array:
@@ -129,10 +131,8 @@ def _numbers(column: pd.Series[Any]) -> Array:
         raise InputError(f"dataset: column {column.name} of its frame is of type {column.dtype}, no number") from None
 
 
-def _wrong_value(column: pd.Series[Any], row: int, rule: str) -> InputError:
-    return InputError(
-        f"dataset: column {column.name} of its frame is {quoted(column.iloc[row])} in row {row}; it must be {rule}"
-    )
+def _wrong_value(name: str, value: object, row: int, rule: str) -> InputError:
+    return InputError(f"dataset: column {name} of its frame is {quoted(value)} in row {row}; it must be {rule}")
 
 
 def _usable(data: CastDataset, rows: NDArray[np.intp]) -> Part:

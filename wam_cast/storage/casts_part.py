@@ -123,9 +123,7 @@ def _check_values(table: pa.Table) -> None:
     wrong = first_wrong(numbers, np.array(table["status"].to_pylist(), dtype=object))
     if wrong is not None:
         value, cast = numbers[wrong.column][wrong.row], table["cast"][wrong.row]
-        raise PartError(
-            f"column {wrong.column}: is {value} for cast {cast}, where {wrong.rule}{',' * (',' in wrong.rule)} belongs"
-        )
+        raise PartError(f"column {wrong.column}: is {value} for cast {cast}; it must be {wrong.rule}")
 
 
 def _check_casts(table: pa.Table, rows: range, draw: Callable[[int], Array]) -> None:

@@ -50,6 +50,15 @@ def test_values_out_of_range_are_refused_in_one_line(name, value):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("name", "value"), [("distance", 1e300), ("speed", 1e9), ("bearing", 1e308), ("bearing", -7.0)]
+)
+def test_values_beyond_any_arm_are_refused_in_one_line(name, value):
+    with pytest.raises(InputError, match=f"{name} = .*; choose at most") as caught:
+        Cast(**{"distance": 0.3, "speed": 0.6, "wait": 0.1, name: value})
+    assert len(str(caught.value)) < 120
+
+
 def test_no_wait_is_allowed():
     assert Cast(0.3, 0.6, 0.0).wait == 0.0
 
@@ -117,7 +126,13 @@ def test_a_cup_is_a_pair_of_numbers(cup):
     assert [type(value) for value in checked_cup(cup)] == [float, float]
 
 
-@pytest.mark.parametrize("cup", [None, 0.7, (0.7,), (0.7, 0.1, 0.1), ("x", "y"), np.eye(2), (np.nan, 0.0)])
+NO_CUPS = [
+    *(None, 0.7, (0.7,), (0.7, 0.1, 0.1), ("x", "y"), np.eye(2), (np.nan, 0.0)),
+    *("69", ("0.7", "0.1"), (True, False), {0.7: 0.1, 0.1: 0.7}, {0.7, 0.1}),
+]
+
+
+@pytest.mark.parametrize("cup", NO_CUPS)
 def test_other_cups_are_refused_in_one_line(cup):
     with pytest.raises(InputError, match="metres") as caught:
         checked_cup(cup)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Set
 from dataclasses import astuple, dataclass
 
 import numpy as np
@@ -20,6 +21,9 @@ FARTHEST_CUP = 100.0
 
 LONGEST_CAST = 300.0
 """Of move and wait [s]."""
+
+LARGEST = {"distance": 100.0, "speed": 1000.0, "bearing": 2 * math.pi}
+"""Of a cast, either way [m, m/s, rad]; no arm reaches a tenth of the first two, and no joint turns farther."""
 
 LANDS_BEYOND = 0.18
 """How far beyond the hand the ball of the default cast comes down, as a share of the string's length."""
@@ -43,7 +47,7 @@ class Cast:
     Raises
     ------
     InputError
-        If a value is not finite, distance or speed not positive, wait negative, or the cast takes minutes.
+        If a value is not finite, distance or speed not positive, wait negative, one beyond `.LARGEST`, or the cast takes minutes.
     """
 
     distance: float
@@ -60,6 +64,9 @@ class Cast:
                 f"cast: distance = {self.distance:g} m and speed = {self.speed:g} m/s must be positive, "
                 f"wait = {self.wait:g} s not negative"
             )
+        for name, largest in LARGEST.items():
+            if abs(value := getattr(self, name)) > largest:
+                raise InputError(f"cast: {name} = {value:g} is more than any arm can do; choose at most {largest:.4g}")
         if self.move_duration + self.wait > LONGEST_CAST:
             raise InputError(
                 f"cast: move and wait of {self.move_duration:g} and {self.wait:g} s are longer than {LONGEST_CAST:g} s; choose a "
@@ -160,7 +167,7 @@ def default_cup(scenario: Scenario) -> Position:
 def checked_cup(cup: tuple[float, float]) -> tuple[float, float]:
     """Return world (x, y) of a cup's axis as two floats; raises `.InputError` if they are not finite numbers."""
     try:
-        x, y = (float(value) for value in cup)
+        x, y = map(_number, () if isinstance(cup, (Mapping, Set)) else cup)
     except (TypeError, ValueError, OverflowError):
         raise InputError(f"cup = {quoted(cup)} must be the pair (x, y) of its axis in metres") from None
     if not (math.isfinite(x) and math.isfinite(y)):
@@ -170,3 +177,9 @@ def checked_cup(cup: tuple[float, float]) -> tuple[float, float]:
             f"cup = ({x:g}, {y:g}) must be within {FARTHEST_CUP:g} m of the robot: world x and y of its axis in metres"
         )
     return x, y
+
+
+def _number(value: object) -> float:
+    if isinstance(value, (str, bool)):
+        raise TypeError
+    return float(value)  # type: ignore[arg-type]

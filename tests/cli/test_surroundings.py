@@ -70,6 +70,12 @@ def test_no_word_of_the_help_is_cut_off_on_a_narrow_terminal(process, monkeypatc
     assert "--scenario" in result.out
 
 
+def test_a_terminal_that_does_not_know_its_width_is_told_all_the_same(process, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "0")
+    assert "--scenario" in process("throw", "--help").out
+    assert process("plan").err.count("\n") == 1
+
+
 # --- names
 
 

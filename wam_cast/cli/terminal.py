@@ -36,6 +36,10 @@ class Terminal(Console):
         return super().render_str(spelled_out(text), **options)
 
 
+# A terminal that does not know its width says 0, and Rich would print nothing.
+if not os.environ.get("COLUMNS", "80").strip("0"):
+    del os.environ["COLUMNS"]
+
 # Nothing is taken for markup: [m] is a unit, and any name may be a file's.
 out = Terminal(soft_wrap=True, highlight=False, markup=False, emoji=False)
 err = Terminal(stderr=True, soft_wrap=True, highlight=False, markup=False, emoji=False)

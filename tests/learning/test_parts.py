@@ -92,7 +92,7 @@ def test_a_frame_without_a_column_is_one_line(read):
 @pytest.mark.parametrize(
     ("column", "value", "said"),
     [
-        ("distance", np.nan, "column distance of its frame is .*nan.* in row 3; it must be a number from 0 to 10000"),
+        ("distance", np.nan, "column distance of its frame is .*nan.* in row 3; it must be a number from 0 to 100"),
         ("wait", -np.inf, "column wait of its frame is .*-inf.* in row 3"),
         ("slack", np.inf, "column slack of its frame is .*inf.* in row 3; it must be a number from -10000 to 10000"),
         ("speed", "fast", "column speed of its frame is of type .*, no number"),
@@ -105,7 +105,7 @@ def test_a_frame_without_a_column_is_one_line(read):
         ("status", None, "column status of its frame is .* in row 3"),
         ("is_slack", np.nan, "column is_slack of its frame is nan in row 3; it must be one of True, False"),
         ("landing_along", 1e300, r"column landing_along of its frame is .*1e\+300.* in row 3"),
-        ("distance", 1e200, "column distance of its frame is .* in row 3; it must be a number from 0 to 10000"),
+        ("distance", 1e200, "column distance of its frame is .* in row 3; it must be a number from 0 to 100"),
         ("wait", -0.1, "column wait of its frame is .*-0.1.* in row 3; it must be a number from 0 to 300"),
         ("entry_angle", 90.0, "column entry_angle of its frame is .*90.* in row 3; it must be a number from 0 to 3.15"),
         ("peak_torque_utilization", -5.0, "column peak_torque_utilization of its frame is .*-5.* in row 3"),

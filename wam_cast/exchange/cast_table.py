@@ -177,7 +177,7 @@ def _read(path: Path) -> pd.DataFrame:
 def _read_parquet(path: Path) -> pd.DataFrame:
     table = read_parquet(path, MOST_SAMPLES, LARGEST_TABLE, _check_columns)
     samples = table.select([i for i, name in enumerate(table.column_names) if not name.startswith(INDEX)])
-    frame: pd.DataFrame = samples.to_pandas(ignore_metadata=True, use_threads=False)
+    frame: pd.DataFrame = samples.to_pandas(use_threads=False)
     return frame
 
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wam_cast.cast import LONGEST_CAST, PARAMETERS
+from wam_cast.cast import LARGEST, LONGEST_CAST, PARAMETERS
 from wam_cast.types import Array
 
 STATUSES = ("landed", "never_crossed", "limit_hit", "diverged")
@@ -26,21 +26,21 @@ PEAKS = ("peak_torque_utilization", "peak_velocity_utilization", "peak_tracking_
 LEARNED_PEAKS = PEAKS[:2]
 """Those that a cast that landed has, too; the hand's error is known only where the controller says what it wants."""
 
-FARTHEST, FASTEST, LARGEST = 1e4, 1e4, 1e6
+LARGEST_NUMBER, LARGEST_PEAK = 1e4, 1e6
 
 RANGES = {
-    "distance": (0.0, FARTHEST),
-    "speed": (0.0, FASTEST),
+    "distance": (0.0, LARGEST["distance"]),
+    "speed": (0.0, LARGEST["speed"]),
     "wait": (0.0, LONGEST_CAST),
-    "landing_along": (-FARTHEST, FARTHEST),
-    "landing_across": (-FARTHEST, FARTHEST),
-    "crossing_time": (-1e4, 1e4),
-    "entry_speed": (0.0, FASTEST),
+    "landing_along": (-LARGEST_NUMBER, LARGEST_NUMBER),
+    "landing_across": (-LARGEST_NUMBER, LARGEST_NUMBER),
+    "crossing_time": (-LARGEST_NUMBER, LARGEST_NUMBER),
+    "entry_speed": (0.0, LARGEST_NUMBER),
     "entry_angle": (0.0, 3.15),
-    "slack": (-FARTHEST, FARTHEST),
-    "peak_torque_utilization": (0.0, LARGEST),
-    "peak_velocity_utilization": (0.0, LARGEST),
-    "peak_tracking_error": (0.0, LARGEST),
+    "slack": (-LARGEST_NUMBER, LARGEST_NUMBER),
+    "peak_torque_utilization": (0.0, LARGEST_PEAK),
+    "peak_velocity_utilization": (0.0, LARGEST_PEAK),
+    "peak_tracking_error": (0.0, LARGEST_PEAK),
 }
 """Least and largest value of a column, in SI units: far beyond what any arm does."""
 

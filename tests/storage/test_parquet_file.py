@@ -119,6 +119,30 @@ def test_what_is_no_file_is_said_in_words(tmp_path):
         assert str(caught.value) == f"cannot be read ({words})"
 
 
+PEAK = """
+import resource, sys
+from pathlib import Path
+import wam_cast.storage.parquet_file as file
+before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+try:
+    file.read_parquet(Path(sys.argv[1]), 50, 16_000_000)
+except file.RefusedError:
+    print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems count memory in other units")
+@pytest.mark.parametrize("shape", ["rows", "lists"])
+def test_half_a_gigabyte_of_one_text_takes_no_more_than_the_file_says(tmp_path, shape):
+    texts = pa.DictionaryArray.from_arrays(pa.array([0] * 50, pa.int32()), ["x" * 10_000_000])
+    if shape == "lists":
+        texts = pa.ListArray.from_arrays([*range(51)], texts)
+    path = written(tmp_path, texts, store_schema=False)
+    result = subprocess.run([sys.executable, "-c", PEAK, path], capture_output=True, text=True, check=True)
+    assert int(result.stdout) < 100_000  # kilobytes
+
+
 COUNT = """
 import os, sys
 from pathlib import Path

@@ -13,6 +13,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
+from wam_cast.storage.parquet_footer import Chunk, read_chunks
 from wam_cast.text_file import check_regular
 
 LEAST_WIDTH = 8
@@ -21,8 +22,8 @@ LEAST_WIDTH = 8
 TEXT = "BYTE_ARRAY"
 """What Parquet calls texts and bytes of any length."""
 
-FRONT_CODED = "DELTA_BYTE_ARRAY"
-"""Texts that are stored without what they begin with in common: each may be as long as all of them together."""
+FRONT_CODED = 7
+"""DELTA_BYTE_ARRAY: texts that are stored without what they begin with in common: each may be as long as all of them together."""
 
 
 class RefusedError(ValueError):
@@ -59,12 +60,12 @@ def read_parquet(
     """
     try:
         check_regular(path)
-        if path.stat().st_size > largest:
-            raise RefusedError(f"is larger than {largest} bytes")
+        _check_size(path, largest)
         with path.open("rb") as content, pq.ParquetFile(content, pre_buffer=False) as file:
             check_columns(file.schema_arrow.names)
-            packed = _packed_texts(file.metadata)
-            _check_counts(file.metadata, most_rows, largest, packed)
+            groups = read_chunks(content, len(file.schema))
+            packed = _packed_texts(file.schema, groups)
+            _check_counts(file, groups, packed, most_rows, largest)
             texts = [file.schema.column(i).path for i in packed]
             options = {"metadata": file.metadata, "pre_buffer": False, "page_checksum_verification": True}
             with pq.ParquetFile(content, read_dictionary=texts, **options) as in_dictionaries:
@@ -96,27 +97,32 @@ def _read_groups(file: pq.ParquetFile, schema: pa.Schema, largest: int) -> pa.Ta
     return table
 
 
-def _packed_texts(metadata: pq.FileMetaData) -> set[int]:
+def _packed_texts(schema: pq.ParquetSchema, groups: list[list[Chunk]]) -> set[int]:
     """Return which columns hold texts or bytes that may stay in their dictionaries until their length is known."""
-    groups = [metadata.row_group(i) for i in range(metadata.num_row_groups)]
-    texts = {i for i in range(metadata.num_columns) if metadata.schema.column(i).physical_type == TEXT}
-    return {i for i in texts if not any(FRONT_CODED in group.column(i).encodings for group in groups)}
+    texts = {i for i in range(len(schema)) if schema.column(i).physical_type == TEXT}
+    return {i for i in texts if not any(FRONT_CODED in group[i].encodings for group in groups)}
 
 
-def _check_counts(metadata: pq.FileMetaData, most_rows: int, largest: int, packed: set[int]) -> None:
+def _check_size(path: Path, largest: int) -> None:
+    if path.stat().st_size > largest:
+        raise RefusedError(f"is larger than {largest} bytes")
+
+
+def _check_counts(
+    file: pq.ParquetFile, groups: list[list[Chunk]], packed: set[int], most_rows: int, largest: int
+) -> None:
     """Raise `RefusedError` if the file says that it holds more than it may; texts in dictionaries are not counted yet."""
-    if metadata.num_rows > most_rows:
-        raise RefusedError(f"holds {metadata.num_rows} rows, of at most {most_rows}")
+    if file.metadata.num_rows > most_rows:
+        raise RefusedError(f"holds {file.metadata.num_rows} rows, of at most {most_rows}")
+    columns = [file.schema.column(i) for i in range(len(file.schema))]
+    widths = [max(LEAST_WIDTH, column.length) for column in columns]
+    alone = {i for i, column in enumerate(columns) if column.physical_type == TEXT} - packed
     size = 0
-    for i in range(metadata.num_row_groups):
-        for j in range(metadata.num_columns):
-            chunk, column = metadata.row_group(i).column(j), metadata.schema.column(j)
-            n_bytes = abs(chunk.total_uncompressed_size)  # in a damaged file less than 0
-            is_text = column.physical_type == TEXT and j not in packed
-            width = n_bytes if is_text else max(LEAST_WIDTH, column.length)
-            size += n_bytes + abs(chunk.num_values) * width
-            if size > 2 * largest:  # packed and unpacked
-                raise RefusedError(f"unpacks to more than {largest} bytes")
+    for group in groups:
+        for i, chunk in enumerate(group):
+            size += chunk.n_bytes + chunk.n_values * (chunk.n_bytes if i in alone else widths[i])
+    if size > 2 * largest:  # packed and unpacked
+        raise RefusedError(f"unpacks to more than {largest} bytes")
 
 
 def _unpacked_size(array: pa.Array) -> int:

@@ -4,6 +4,7 @@ import errno
 import io
 import os
 import random
+import re
 
 import numpy as np
 import pandas as pd
@@ -312,6 +313,18 @@ def test_a_damaged_file_is_refused_by_name_or_was_not_changed_and_is_never_overw
             assert path.read_bytes() == damaged
         path.write_bytes(content)
     assert n_refused > 8
+
+
+@pytest.mark.parametrize("name", ["log.parquet", "campaign.json"])
+def test_a_folder_in_the_place_of_a_file_is_said_in_words(run, tmp_path, name):
+    run(1)
+    path = tmp_path / "d" / name
+    path.unlink()
+    path.mkdir()
+    with pytest.raises(InputError, match=re.escape(name)) as caught:
+        run(2)
+    assert "(Is a directory); restore it" in str(caught.value)
+    assert "Errno" not in str(caught.value)
 
 
 @pytest.mark.parametrize(

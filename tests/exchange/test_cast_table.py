@@ -5,10 +5,13 @@ from decimal import Decimal
 
 import numpy as np
 import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 import wam_cast as wc
 from wam_cast.errors import InputError
+from wam_cast.exchange import cast_table
 from wam_cast.exchange.cast_table import COLUMNS
 
 
@@ -132,6 +135,72 @@ def test_what_is_no_table_is_one_line(tmp_path, name):
     with pytest.raises(InputError, match=r"recording .*: ") as caught:
         wc.read_recording(tmp_path / name)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "metadata",
+    [
+        '{"index_columns": ["nope"], "columns": []}',
+        "{}",
+        "[1]",
+        '{"index_columns": [], "columns": [{"name": "q1", "field_name": "q1", "numpy_type": "nonsense"}]}',
+        "[" * 100_000,
+        "\0",
+    ],
+    ids=range(6),
+)
+def test_what_pandas_noted_in_a_file_does_not_count(table, tmp_path, metadata):
+    path = tmp_path / "cast.parquet"
+    columns = pa.Table.from_pandas(table, preserve_index=False)
+    pq.write_table(columns.replace_schema_metadata({"pandas": metadata}), path)
+    np.testing.assert_array_equal(wc.read_recording(path).q, table[[f"q{i}" for i in range(1, 8)]])
+
+
+@pytest.mark.parametrize(
+    "indexed",
+    [lambda t: t.set_axis(np.arange(10) ** 2), lambda t: t.set_index("time"), lambda t: t.set_index(["q1", "time"])],
+    ids=["chosen rows", "by time", "by two"],
+)
+def test_an_index_is_a_column_if_it_has_a_name(table, tmp_path, indexed):
+    found = wc.read_recording(stored(indexed(table), tmp_path, ".parquet"))
+    np.testing.assert_array_equal(found.times, table["time"])
+    np.testing.assert_array_equal(found.q, table[[f"q{i}" for i in range(1, 8)]])
+
+
+def zeros(path, names, n):
+    column = pa.array(np.zeros(n))
+    pq.write_table(pa.table(dict.fromkeys(names, column)), path, compression="zstd")
+
+
+LISTS = [np.zeros(1_000_000, dtype=int)] * 2 + [[]] * 8
+
+
+def test_a_file_that_unpacks_to_more_than_a_cast_is_not_unpacked(table, tmp_path, monkeypatch):
+    path, wide = tmp_path / "long.parquet", tmp_path / "wide.parquet"
+    zeros(path, ("time", "q1"), 2_000_000)
+    pq.write_table(pa.table({"time": table["time"]} | {f"q{i}": LISTS for i in range(1, 8)}), wide, compression="zstd")
+    lines = tmp_path / "long.csv"
+    lines.write_bytes(b"time\n" + b"0\n" * 1_000_000)
+    columns = tmp_path / "wide.csv"
+    columns.write_bytes(b"q1," * 1_000_000 + b"time\n")
+    monkeypatch.setattr(cast_table, "LARGEST_TABLE", 10_000_000)
+    for file, words in {
+        path: "holds 2000000 rows, of at most 500000",
+        wide: "unpacks to more than 10000000 bytes",
+        lines: "holds 1000001 lines, of at most 500001",
+        columns: "holds 1000001 columns, of at most 25",
+    }.items():
+        with pytest.raises(InputError) as caught:
+            wc.read_recording(file)
+        assert str(caught.value) == f"recording {file}: {words}; choose the rows and columns of one cast"
+
+
+def test_what_is_no_column_is_said_before_anything_is_read(tmp_path, monkeypatch):
+    path = tmp_path / "cast.parquet"
+    zeros(path, ("time", "mine"), 10)
+    monkeypatch.setattr(pq.ParquetFile, "read_row_group", None)
+    with pytest.raises(InputError, match="column 'mine' is unknown"):
+        wc.read_recording(path)
 
 
 def test_a_table_is_written_whole_or_not_at_all(recording, tmp_path):

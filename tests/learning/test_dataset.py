@@ -20,7 +20,7 @@ from wam_cast.generation.sampling import row_noise_seed, sample_cast, sample_cas
 from wam_cast.learning import dataset
 from wam_cast.learning.dataset import CastDataset, generate_dataset
 from wam_cast.scenario import Noise, Scenario
-from wam_cast.storage import casts_part
+from wam_cast.storage import cast_values, casts_part
 from wam_cast.storage import dataset_directory as storage
 
 SCENARIO = Scenario()
@@ -50,7 +50,7 @@ def fake_row(scenario, seed, row):
     status = "diverged" if row % 7 == 3 else "never_crossed" if row % 11 == 5 else "landed"
     values = dict.fromkeys(casts_part.SCHEMA.names, math.nan)
     if status == "landed":
-        values |= dict.fromkeys(casts_part.LANDED, 0.25)
+        values |= dict.fromkeys((*cast_values.LANDED, *cast_values.LEARNED_PEAKS), 0.25)
         values |= {"landing_along": cast.distance * cast.speed, "landing_across": -cast.wait}
     parameters = dict(zip(PARAMETERS, cast.to_array().tolist(), strict=True))
     return values | parameters | {"cast": row, "status": status, "is_slack": row % 2 == 0}

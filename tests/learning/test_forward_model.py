@@ -203,7 +203,7 @@ def test_a_tuned_result_makes_the_model_without_opening_the_test_casts(few, few_
 
 def test_casts_that_never_came_down_are_left_out(few):
     lost = [0, 5, 50, 80, 100]  # three to train with, one to validate and one to test
-    broken = changed(few, lost, landing_along=np.nan, landing_across=np.nan, entry_angle=np.nan)
+    broken = changed(few, lost, status="never_crossed", **dict.fromkeys(OUTPUTS[:5], np.nan))
     model = ForwardModel.fit(broken)
     assert (model.info.n_train, model.info.n_validation, model.info.n_test) == (75, 17, 5)
     assert np.isfinite(predictions(model)).all()
@@ -231,7 +231,11 @@ def test_reach_leaves_out_casts_that_pull_the_string_or_hit_a_limit(few, few_mod
 
 @pytest.mark.parametrize(
     ("columns", "said"),
-    [({"landing_along": np.nan}, "training casts"), ({"status": "limit_hit"}, "slack"), ({"is_slack": False}, "slack")],
+    [
+        ({"status": "never_crossed", **dict.fromkeys(OUTPUTS[:5], np.nan)}, "training casts"),
+        ({"status": "limit_hit"}, "slack"),
+        ({"is_slack": False}, "slack"),
+    ],
 )
 def test_a_dataset_that_teaches_nothing_is_refused_in_one_line(few, columns, said):
     with pytest.raises(InputError, match=said) as caught:

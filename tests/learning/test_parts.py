@@ -20,6 +20,7 @@ def dataset(n_casts=N_CASTS, lost=()):
     values = np.random.default_rng(0).uniform(size=(n_casts, len(COLUMNS)))
     frame = pd.DataFrame(values, columns=COLUMNS).assign(status="landed", is_slack=True)
     frame.loc[list(lost), list(OUTPUTS)] = np.nan
+    frame.loc[list(lost), "status"] = "never_crossed"
     return CastDataset(Scenario(), 0, frame)
 
 
@@ -91,18 +92,27 @@ def test_a_frame_without_a_column_is_one_line(read):
 @pytest.mark.parametrize(
     ("column", "value", "said"),
     [
-        ("distance", np.nan, "column distance of its frame is .*nan.* in row 3; it must be a finite number"),
+        ("distance", np.nan, "column distance of its frame is .*nan.* in row 3; it must be a number from 0 to 100"),
         ("wait", -np.inf, "column wait of its frame is .*-inf.* in row 3"),
-        (
-            "slack",
-            np.inf,
-            "column slack of its frame is .*inf.* in row 3; it must be a finite number, or nan of a cast",
-        ),
+        ("slack", np.inf, "column slack of its frame is .*inf.* in row 3; it must be a number from -10000 to 10000"),
         ("speed", "fast", "column speed of its frame is of type .*, no number"),
         ("landing_along", [1, 2], "column landing_along of its frame is of type object, no number"),
-        ("status", "Landed", "column status of its frame is 'Landed' in row 3; it must be landed, diverged, "),
+        (
+            "status",
+            "Landed",
+            "column status of its frame is 'Landed' in row 3; it must be one of landed, never_crossed, ",
+        ),
         ("status", None, "column status of its frame is .* in row 3"),
-        ("is_slack", np.nan, "column is_slack of its frame is nan in row 3; it must be True or False"),
+        ("is_slack", np.nan, "column is_slack of its frame is nan in row 3; it must be one of True, False"),
+        ("landing_along", 1e300, r"column landing_along of its frame is .*1e\+300.* in row 3"),
+        ("distance", 1e200, "column distance of its frame is .* in row 3; it must be a number from 0 to 100"),
+        ("wait", -0.1, "column wait of its frame is .*-0.1.* in row 3; it must be a number from 0 to 300"),
+        ("entry_angle", 90.0, "column entry_angle of its frame is .*90.* in row 3; it must be a number from 0 to 3.15"),
+        ("peak_torque_utilization", -5.0, "column peak_torque_utilization of its frame is .*-5.* in row 3"),
+        ("peak_torque_utilization", np.nan, "column peak_torque_utilization .* in row 3; .*, of a cast that landed"),
+        ("slack", np.nan, "column slack of its frame is .*nan.* in row 3; .*, of a cast that landed"),
+        ("status", "diverged", "column landing_along of its frame is .* in row 3; it must be nan, of a cast that did"),
+        ("status", "never_crossed", "column landing_along of its frame is .* in row 3; it must be nan"),
         ("is_slack", "yes", "column is_slack of its frame is 'yes' in row 3"),
     ],
 )

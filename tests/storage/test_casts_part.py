@@ -20,7 +20,8 @@ from wam_cast.generation.sampling import sample_cast
 from wam_cast.learning import dataset
 from wam_cast.learning.dataset import CastDataset, generate_dataset
 from wam_cast.scenario import Scenario
-from wam_cast.storage.casts_part import LANDED, SCHEMA
+from wam_cast.storage.cast_values import LANDED
+from wam_cast.storage.casts_part import SCHEMA
 
 SCENARIO, N = Scenario(), 120
 
@@ -97,6 +98,12 @@ def bomb(directory):
     pq.write_table(pa.table(columns), part(directory, 0))
 
 
+def long_lists(directory):
+    table = pq.read_table(part(directory, 0))
+    lists = pa.array([np.zeros(100_000, dtype=int)] * len(table))
+    pq.write_table(table.append_column("mine", lists), part(directory, 0), row_group_size=1, compression="zstd")
+
+
 WRONG = {
     "parts swapped": (swap, r"part-00000.parquet column cast: is 50, where 0 belongs"),
     "a part copied over another": (
@@ -105,7 +112,7 @@ WRONG = {
     ),
     "a manifest with another seed": (rewrite(seed=7), "column distance: is .* where the seed draws"),
     "a manifest with fewer casts": (rewrite(n_casts=70), r"part-00002.parquet is there, which no dataset of 70"),
-    "a manifest with a few casts less": (rewrite(n_casts=110), "holds 20 casts, where 10 belong"),
+    "a manifest with a few casts less": (rewrite(n_casts=110), "holds 20 rows, of at most 10"),
     "absurdly many casts": (rewrite(n_casts=10**9), "n_casts: input should be less than"),
     "more casts than any integer": (rewrite(n_casts=10**30), "n_casts: input should be"),
     "a parameter that is nan": (lambda d: change(d, speed=(3, np.nan)), "column speed: 1 values are missing"),
@@ -118,9 +125,30 @@ WRONG = {
         lambda d: change(d, landing_along=(3, np.inf)),
         "column landing_along: is inf for cast 3",
     ),
+    "a landing beyond any arm": (
+        lambda d: change(d, landing_along=(3, 1e300)),
+        r"column landing_along: is 1e\+300 for cast 3; it must be a number from -10000 to 10000",
+    ),
+    "a negative utilization": (
+        lambda d: change(d, peak_torque_utilization=(3, -5.0)),
+        r"column peak_torque_utilization: is -5.0 for cast 3; it must be a number from 0 to 1e\+06",
+    ),
+    "a landing without a utilization": (
+        lambda d: change(d, peak_torque_utilization=(3, np.nan)),
+        "column peak_torque_utilization: is nan for cast 3; it must be a number .*, of a cast that landed",
+    ),
+    "a landing of a simulation that diverged": (
+        lambda d: change(d, status=(3, "diverged")),
+        "column landing_along: is .* for cast 3; it must be nan, of a cast that did not land",
+    ),
+    "half a landing of a cast that met a limit": (
+        lambda d: change(d, status=(3, "limit_hit"), slack=(3, np.nan)),
+        "column slack: is nan for cast 3",
+    ),
+    "a column of others that unpacks to gigabytes": (long_lists, "unpacks to more than 16000000 bytes"),
     "an unknown status": (lambda d: change(d, status=(3, "fell")), "column status: holds 'fell', where one of landed"),
     "a row twice": (twice, "column cast: is 100, where 119 belongs"),
-    "a part that unpacks to millions of rows": (bomb, "holds 2000000 casts, where 50 belong"),
+    "a part that unpacks to millions of rows": (bomb, "holds 2000000 rows, of at most 50"),
 }
 
 

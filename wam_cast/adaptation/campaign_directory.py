@@ -138,7 +138,9 @@ class CampaignDirectory(WorkDirectory):
         try:
             return _Manifest.model_validate_json(read_text(self.identity_path))
         except (OSError, UnicodeDecodeError, ValidationError) as error:
-            what = describe_validation(error) if isinstance(error, ValidationError) else str(error)
+            what = (
+                describe_validation(error) if isinstance(error, ValidationError) else getattr(error, "strerror", error)
+            )
             raise InputError(f"{self.identity_path} cannot be used ({what}); restore it, or {ELSEWHERE}") from None
 
     def _read_log(self) -> list[Row]:

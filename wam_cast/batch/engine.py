@@ -30,7 +30,8 @@ from wam_cast.motion.noise_draws import CHUNK, first_torque_deviates
 from wam_cast.motion.pendulum import fastest_swing
 from wam_cast.motion.polling import POLL_PERIODS, SLACK_MARGIN
 from wam_cast.scenario import Scenario
-from wam_cast.storage.casts_part import SCHEMA, STATUSES
+from wam_cast.storage.cast_values import STATUSES
+from wam_cast.storage.casts_part import SCHEMA
 from wam_cast.types import Array, checks_types
 
 CPU_CHUNK = 16

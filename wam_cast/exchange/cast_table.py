@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+import pyarrow as pa
 from pandas.api.types import is_bool_dtype, is_numeric_dtype
 from pyarrow import csv
 
@@ -27,10 +28,20 @@ from wam_cast.errors import InputError, is_finite, quoted
 from wam_cast.robot.plant import N_ARM
 from wam_cast.simulation.recording import CastRecording
 from wam_cast.storage.atomic import write_file
-from wam_cast.text_file import check_regular
+from wam_cast.storage.parquet_file import RefusedError, UnreadableError, read_parquet
+from wam_cast.text_file import read_bytes
 from wam_cast.types import Array, checks_types
 
 SUFFIXES = (".csv", ".parquet")
+
+MOST_SAMPLES = 500_000
+"""Of a cast: more than of five minutes at 1 kHz."""
+
+LARGEST_TABLE = 256_000_000
+"""Bytes that a file may have, and unpack to."""
+
+INDEX = "__index_level_"
+"""What the column of an index begins with to which pandas gave no name."""
 
 LONGEST_STEP = 0.2
 """Between two samples at the median [s]; a clock in milliseconds has longer ones."""
@@ -110,9 +121,10 @@ def read_recording(path: str | Path) -> MeasuredCast:
         If there is no such file, a column is missing or unknown, a value is no number or can be of no robot in its unit, or time
         does not rise.
     """
-    frame = _read(Path(path))
+    path = Path(path)
+    _check_suffix(path)
     try:
-        return _measured(frame)
+        return _measured(_read(path))
     except InputError as error:
         raise InputError(f"recording {path}: {error}") from None
 
@@ -149,26 +161,52 @@ def _check_suffix(path: Path) -> None:
 
 
 def _read(path: Path) -> pd.DataFrame:
-    _check_suffix(path)
     try:
-        check_regular(path)
-        if path.suffix.lower() == ".csv":
-            with path.open("rb") as file:  # pandas parses floats exactly in some versions alone
-                frame: pd.DataFrame = csv.read_csv(file).to_pandas()
-                return frame.rename(columns=str.strip)
-        return pd.read_parquet(path)
-    except (OSError, ValueError, OverflowError) as error:  # those of pandas and of pyarrow are ValueErrors
+        return _read_csv(path) if path.suffix.lower() == ".csv" else _read_parquet(path)
+    except InputError:
+        raise
+    except RefusedError as error:
+        raise InputError(f"{error}; choose the rows and columns of one cast") from None
+    except UnreadableError as error:
+        raise InputError(str(error)) from None
+    except (OSError, ValueError, OverflowError, pa.ArrowException) as error:
         reason = getattr(error, "strerror", None) or error
-        raise InputError(f"recording {path}: cannot be read ({' '.join(str(reason).split())[:200]})") from None
+        raise InputError(f"cannot be read ({' '.join(str(reason).split())[:200]})") from None
 
 
-def _measured(frame: pd.DataFrame) -> MeasuredCast:
-    unknown = [str(column) for column in frame.columns if column not in COLUMNS]
+def _read_parquet(path: Path) -> pd.DataFrame:
+    table = read_parquet(path, MOST_SAMPLES, LARGEST_TABLE, _check_columns)
+    samples = table.select([i for i, name in enumerate(table.column_names) if not name.startswith(INDEX)])
+    frame: pd.DataFrame = samples.to_pandas(use_threads=False)
+    return frame
+
+
+def _read_csv(path: Path) -> pd.DataFrame:
+    content = read_bytes(path, LARGEST_TABLE)
+    n_lines = max(content.count(b"\n"), content.count(b"\r"))
+    if n_lines > MOST_SAMPLES + 1:
+        raise RefusedError(f"holds {n_lines} lines, of at most {MOST_SAMPLES + 1}")
+    n_columns = content.partition(b"\n")[0].count(b",") + 1
+    if n_columns > 2 * len(COLUMNS):
+        raise RefusedError(f"holds {n_columns} columns, of at most {len(COLUMNS)}")
+    # pandas parses floats exactly in some versions alone
+    table = csv.read_csv(pa.BufferReader(content), csv.ReadOptions(use_threads=False))
+    frame: pd.DataFrame = table.to_pandas(use_threads=False)
+    frame = frame.rename(columns=str.strip)
+    _check_columns(list(frame.columns))
+    return frame
+
+
+def _check_columns(names: list[str]) -> None:
+    unknown = [name for name in names if name not in COLUMNS and not name.startswith(INDEX)]
     if unknown:
         raise InputError(
             f"column {quoted(unknown[0])} is unknown; allowed are time, q1 to q7, v1 to v7, torque1 to torque7, ball_x, ball_y "
             "and ball_z"
         )
+
+
+def _measured(frame: pd.DataFrame) -> MeasuredCast:
     if not frame.columns.is_unique:
         raise InputError(f"column {frame.columns[frame.columns.duplicated()][0]} is there twice")
     times = _numbers(frame, ("time",), may_miss=False)[:, 0]

@@ -115,7 +115,13 @@ class CastDataset:
             raise InputError(
                 f"dataset {directory}: only {n_kept} of its {manifest.n_casts} casts are there; finish it with `{command}`"
             )
-        return cls(scenario, manifest.seed, concatenated(tables).to_pandas(), manifest.controller, manifest.engine)
+        return cls(
+            scenario,
+            manifest.seed,
+            concatenated(tables).to_pandas(use_threads=False),
+            manifest.controller,
+            manifest.engine,
+        )
 
     def split(self) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
         """Return the row numbers to train, to validate and to test with.
@@ -229,7 +235,7 @@ def generate_dataset(
                     tables[part] = concatenated([tables[part], new])
                     if store is not None:
                         store.write_part(part, tables[part])
-    return CastDataset(scenario, seed, concatenated(tables).to_pandas(), controller, engine)
+    return CastDataset(scenario, seed, concatenated(tables).to_pandas(use_threads=False), controller, engine)
 
 
 def _draw(scenario: Scenario, seed: int) -> Callable[[int], Array]:

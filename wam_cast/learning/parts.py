@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from wam_cast.cast import PARAMETERS
 from wam_cast.errors import InputError, quoted
 from wam_cast.planning.prediction import OUTPUTS
+from wam_cast.storage.cast_values import STATUSES, first_wrong
 from wam_cast.types import Array
 
 if TYPE_CHECKING:
@@ -19,6 +20,9 @@ if TYPE_CHECKING:
 
 COLUMNS = (*PARAMETERS, *OUTPUTS, "status", "is_slack")
 """What is learned from."""
+
+WORDS = {"status": STATUSES, "is_slack": (True, False)}
+"""What columns that hold no numbers can hold."""
 
 REMEDIES = {
     "diverged": "the simulation diverged; choose lower controller.kp and kd, or a shorter simulation.max_step",
@@ -101,31 +105,34 @@ def _check_frame(frame: pd.DataFrame) -> None:
         raise InputError(
             f"dataset: its frame has no column {', '.join(missing)}; give it what `.CastDataset.frame` lists"
         )
+    numbers: dict[str, Array] = {}
     for name in COLUMNS:
         column = frame[name]
         if column.ndim > 1:
             raise InputError(f"dataset: its frame has {column.shape[1]} columns {name}; keep one of them")
-        is_allowed, rule = _allowed(name, column)
-        if not is_allowed.all():
-            row = int(np.argmin(is_allowed))
-            raise InputError(
-                f"dataset: column {name} of its frame is {quoted(column.iloc[row])} in row {row}; it must be {rule}"
-            )
+        if name in WORDS:
+            is_allowed = column.isin(list(WORDS[name])).to_numpy(dtype=bool)
+            if not is_allowed.all():
+                row = int(np.argmin(is_allowed))
+                raise _wrong_value(name, column.iloc[row], row, f"one of {', '.join(map(str, WORDS[name]))}")
+        else:
+            numbers[name] = _numbers(column)
+    wrong = first_wrong(numbers, frame["status"].to_numpy(dtype=object))
+    if wrong is not None:
+        value = float(numbers[wrong.column][wrong.row])
+        raise _wrong_value(wrong.column, value, wrong.row, wrong.rule)
 
 
-def _allowed(name: str, column: pd.Series[Any]) -> tuple[NDArray[np.bool_], str]:
-    """Return which values of a column may be, shape (n,), and what they must be in words."""
-    if name == "status":
-        return column.isin(["landed", *REMEDIES]).to_numpy(dtype=bool), f"landed, {', '.join(REMEDIES)}"
-    if name == "is_slack":
-        return column.isin([True, False]).to_numpy(dtype=bool), "True or False"
+def _numbers(column: pd.Series[Any]) -> Array:
+    """Return a column as numbers, nan what is missing, shape (n,)."""
     try:
-        values = column.to_numpy(dtype=float, na_value=np.nan)
+        return column.to_numpy(dtype=float, na_value=np.nan)
     except (TypeError, ValueError):
-        raise InputError(f"dataset: column {name} of its frame is of type {column.dtype}, no number") from None
-    if name in PARAMETERS:
-        return np.isfinite(values), "a finite number"
-    return ~np.isinf(values), "a finite number, or nan of a cast that did not land"
+        raise InputError(f"dataset: column {column.name} of its frame is of type {column.dtype}, no number") from None
+
+
+def _wrong_value(name: str, value: object, row: int, rule: str) -> InputError:
+    return InputError(f"dataset: column {name} of its frame is {quoted(value)} in row {row}; it must be {rule}")
 
 
 def _usable(data: CastDataset, rows: NDArray[np.intp]) -> Part:

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from wam_cast.cast import PARAMETERS
-from wam_cast.text_file import check_regular
+from wam_cast.storage.cast_values import RANGES, STATUSES, first_wrong
+from wam_cast.storage.parquet_file import RefusedError, UnreadableError, read_parquet
 from wam_cast.types import Array
 
 SCHEMA = pa.schema(
@@ -35,16 +35,10 @@ SCHEMA = pa.schema(
 )
 """The columns of a dataset; `.CastDataset` says what they mean."""
 
-STATUSES = ("landed", "never_crossed", "limit_hit", "diverged")
-"""How a cast without a cup can end."""
-
 NEVER_MISSING = ("cast", *PARAMETERS, "status", "is_slack")
 
-LANDED = ("landing_along", "landing_across", "crossing_time", "entry_speed", "entry_angle", "slack")
-"""What a cast that landed has."""
-
 LARGEST_PART = 16_000_000
-"""Bytes that a part may unpack to."""
+"""Bytes that a part may unpack to, whatever columns others have added."""
 
 
 class PartError(ValueError):
@@ -78,17 +72,16 @@ def read_table(path: Path, schema: pa.Schema, most_rows: int) -> pa.Table | None
     UnreadablePartError
         If it is no Parquet file, or one that was damaged.
     PartError
-        If it can be read, but has not these columns, or more rows than it may have.
+        If it can be read, but has not these columns, or more rows or bytes than it may have.
     """
     try:
-        check_regular(path)
-        with path.open("rb") as content, pq.ParquetFile(content, page_checksum_verification=True) as file:
-            _check_size(file.metadata, most_rows)
-            table = file.read()
+        table = read_parquet(path, most_rows, LARGEST_PART)
     except FileNotFoundError:
         return None
-    except (OSError, UnicodeError, pa.ArrowException) as error:
-        raise UnreadablePartError(f"cannot be read ({' '.join(str(error).split())[:200]})") from None
+    except UnreadableError as error:
+        raise UnreadablePartError(str(error)) from None
+    except RefusedError as error:
+        raise PartError(str(error)) from None
     return _conform(table, schema)
 
 
@@ -101,13 +94,6 @@ def write_part(path: Path, table: pa.Table) -> None:
 def concatenated(tables: list[pa.Table]) -> pa.Table:
     """Return the rows of all tables; where one lacks a column that is not ours, its rows have no value there."""
     return pa.concat_tables(tables, promote_options="permissive")
-
-
-def _check_size(metadata: pq.FileMetaData, most_rows: int) -> None:
-    if metadata.num_rows > most_rows:
-        raise PartError(f"holds {metadata.num_rows} casts, where {most_rows} belong")
-    if sum(metadata.row_group(i).total_byte_size for i in range(metadata.num_row_groups)) > LARGEST_PART:
-        raise PartError(f"unpacks to more than {LARGEST_PART} bytes")
 
 
 def _conform(table: pa.Table, schema: pa.Schema) -> pa.Table:
@@ -132,16 +118,12 @@ def _check_values(table: pa.Table) -> None:
     unknown = set(table["status"].to_pylist()) - set(STATUSES)
     if unknown:
         raise PartError(f"column status: holds {min(unknown)[:40]!r}, where one of {', '.join(STATUSES)} belongs")
-    has_landed = pc.equal(table["status"], "landed").to_numpy()
-    for field in SCHEMA:
-        if not pa.types.is_floating(field.type):
-            continue
-        values = table[field.name].to_numpy()  # missing ones, as pandas writes them, become nan
-        must_be = has_landed if field.name in LANDED else np.full(len(values), field.name in NEVER_MISSING)
-        wrong = np.isinf(values) | (must_be & np.isnan(values))
-        if wrong.any():
-            row = int(np.argmax(wrong))
-            raise PartError(f"column {field.name}: is {values[row]} for cast {table['cast'][row]}")
+    # Missing numbers, as pandas writes them, become nan.
+    numbers = {name: table[name].to_numpy() for name in RANGES}
+    wrong = first_wrong(numbers, np.array(table["status"].to_pylist(), dtype=object))
+    if wrong is not None:
+        value, cast = numbers[wrong.column][wrong.row], table["cast"][wrong.row]
+        raise PartError(f"column {wrong.column}: is {value} for cast {cast}; it must be {wrong.rule}")
 
 
 def _check_casts(table: pa.Table, rows: range, draw: Callable[[int], Array]) -> None:

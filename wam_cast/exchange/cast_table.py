@@ -118,8 +118,8 @@ def read_recording(path: str | Path) -> MeasuredCast:
     Raises
     ------
     InputError
-        If there is no such file, it holds more than a cast does, a column is missing or unknown, a value is no number or can be of no robot in its unit, or time
-        does not rise.
+        If there is no such file, it holds more than a cast does, a column is missing or unknown, a value is no number or can be of
+        no robot in its unit, or time does not rise.
     """
     path = Path(path)
     _check_suffix(path)

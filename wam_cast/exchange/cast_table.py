@@ -1,6 +1,6 @@
 """Casts as tables: what a real robot recorded read in, and what was simulated written out in the same columns.
 
-A table is a CSV file with one line of column names, or a Parquet file, a row a sample:
+A table is a CSV file with one line of column names, or a Parquet file, a row a sample, of at most 500,000:
 
 - `time` [s]: from the start of the turn toward the cup, or of the cast where there is none; it rises from row to row
 - `q1` to `q7` [rad]: joint angles
@@ -118,8 +118,8 @@ def read_recording(path: str | Path) -> MeasuredCast:
     Raises
     ------
     InputError
-        If there is no such file, a column is missing or unknown, a value is no number or can be of no robot in its unit, or time
-        does not rise.
+        If there is no such file, it holds more than a cast does, a column is missing or unknown, a value is no number or can be of
+        no robot in its unit, or time does not rise.
     """
     path = Path(path)
     _check_suffix(path)

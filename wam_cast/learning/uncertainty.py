@@ -68,7 +68,7 @@ class ErrorFit:
     """
 
     sigma: tuple[LengthScale, LengthScale, LengthScale]
-    regularization: Annotated[Regularization, Field(ge=1e-12)]
+    regularization: Annotated[float, Field(ge=1e-12, le=1e6)]
     scale: Scale
 
 

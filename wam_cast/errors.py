@@ -84,14 +84,16 @@ def _bounded(line: str) -> str:
     return "`".join(parts)
 
 
-def checked_integer(name: str, value: int, least: int) -> int:
-    """Return `value` as an int; raises `InputError` if it is no integer from `least` on."""
+def checked_integer(name: str, value: int, least: int, most: int | None = None) -> int:
+    """Return `value` as an int; raises `InputError` if it is no integer from `least` on, or beyond `most`."""
     try:
         number = operator.index(value)
     except TypeError:
         number = least - 1
     if number < least:
         raise InputError(f"{name} = {quoted(value)} must be an integer, {least} or more")
+    if most is not None and number > most:
+        raise InputError(f"{name} = {quoted(number)} must be {most} at most")
     return number
 
 

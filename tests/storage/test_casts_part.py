@@ -262,11 +262,15 @@ def test_columns_go_by_name_and_those_of_others_are_kept(stored):
     [
         (lambda table: table.drop(["speed"]), "has 0 columns speed"),
         (
+            lambda table: table.append_column("mine", table["cast"]).append_column("mine", table["cast"]),
+            "has 2 columns 'mine', where one of a name can be kept",
+        ),
+        (
             lambda table: table.set_column(2, "speed", pa.array(["fast"] * 50)),
             "column speed: is of type string, where double belongs",
         ),
     ],
-    ids=["missing", "of another type"],
+    ids=["missing", "of others, twice", "of another type"],
 )
 def test_a_wrong_column_is_named(stored, change, message):
     pq.write_table(change(pq.read_table(part(stored, 1))), part(stored, 1))

@@ -200,9 +200,7 @@ def generate_dataset(
     KeyboardInterrupt
         As always; finished parts stay.
     """
-    n_casts, seed = checked_integer("n_casts", n_casts, 1), checked_integer("seed", seed, 0)
-    if n_casts > MOST_CASTS:
-        raise InputError(f"n_casts = {n_casts} must be {MOST_CASTS} at most")
+    n_casts, seed = checked_integer("n_casts", n_casts, 1, MOST_CASTS), checked_integer("seed", seed, 0)
     if n_workers is not None:
         checked_n_workers(n_workers)
         if executor is not None:

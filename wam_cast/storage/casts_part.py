@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from wam_cast.cast import PARAMETERS
+from wam_cast.errors import quoted
 from wam_cast.storage.cast_values import RANGES, STATUSES, first_wrong
 from wam_cast.storage.parquet_file import RefusedError, UnreadableError, read_parquet
 from wam_cast.types import Array
@@ -99,16 +101,20 @@ def concatenated(tables: list[pa.Table]) -> pa.Table:
 def _conform(table: pa.Table, schema: pa.Schema) -> pa.Table:
     """Return the table with the columns of `schema` first, each of its type."""
     columns: dict[str, pa.ChunkedArray] = {}
+    counts = Counter(table.column_names)
     for field in schema:
-        if table.column_names.count(field.name) != 1:
-            raise PartError(f"has {table.column_names.count(field.name)} columns {field.name}, where one belongs")
+        if counts[field.name] != 1:
+            raise PartError(f"has {counts[field.name]} columns {field.name}, where one belongs")
         column = table[field.name]
         try:
             columns[field.name] = column.cast(field.type)
         except pa.ArrowException:
             raise PartError(f"column {field.name}: is of type {column.type}, where {field.type} belongs") from None
-    others = {name: table[name] for name in table.column_names if name not in columns}
-    return pa.table(columns | others)
+    others = [name for name in counts if name not in columns]
+    for name in others:
+        if counts[name] > 1:
+            raise PartError(f"has {counts[name]} columns {quoted(name)}, where one of a name can be kept")
+    return pa.table(columns | {name: table[name] for name in others})
 
 
 def _check_values(table: pa.Table) -> None:

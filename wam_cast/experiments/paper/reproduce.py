@@ -82,8 +82,7 @@ def reproduce(
         with other settings or is in use, or the scenario cannot be drawn, simulated or learned.
     """
     settings = Settings.of(scenario, seed, quick, checked_engine(engine, scenario, has_own_controller=False))
-    if n_workers is not None:
-        checked_n_workers(n_workers)
+    checked_n_workers(n_workers)
     CastScene(scenario, None, light_bearing=0.0)  # that it can be drawn: the figures come last
     report = on_progress or (lambda _title, _done, _n: None)
     # One thread for each process, which also makes ill-conditioned sums the same whatever the number of processors.

@@ -90,8 +90,7 @@ def transfer(
     settings = TransferSettings.of(
         scenario, seed, quick, checked_engine(engine, scenario, has_own_controller=False), n_robots, n_cups
     )
-    if n_workers is not None:
-        checked_n_workers(n_workers)
+    checked_n_workers(n_workers)
     believed = believed or reference_model_for(settings.scenario)
     store = TransferDirectory(directory, settings.identity, settings.scenario)
     with store, Workers(n_workers) as workers, threadpool_limits(1):

@@ -10,7 +10,7 @@ from typing import Any
 
 from wam_cast.adaptation.methods import ADAPTATION_METHODS, AdaptationMethod
 from wam_cast.adaptation.robot_distribution import RobotDistribution
-from wam_cast.errors import InputError, checked_integer, quoted
+from wam_cast.errors import checked_integer
 from wam_cast.scenario import Noise, Scenario
 from wam_cast.storage.manifest import current_versions
 
@@ -121,9 +121,9 @@ class TransferSettings:
         seed = checked_integer("seed", seed, 0)
         sizes: dict[str, Any] = dict(QUICK if quick else FULL)
         if n_robots is not None:
-            sizes["n_robots"] = _checked_size("n_robots", n_robots, 1, MOST_ROBOTS)
+            sizes["n_robots"] = checked_integer("n_robots", n_robots, 1, MOST_ROBOTS)
         if n_cups is not None:
-            sizes["n_cups"] = _checked_size("n_cups", n_cups, sizes["n_compared_cups"], MOST_CUPS)
+            sizes["n_cups"] = checked_integer("n_cups", n_cups, sizes["n_compared_cups"], MOST_CUPS)
         noisy = scenario if scenario.noise.is_on else scenario.model_copy(update={"noise": Noise.typical()})
         return cls(noisy, seed, **sizes, engine=engine, is_quick=quick)
 
@@ -170,10 +170,3 @@ class TransferSettings:
             "longest_campaign": self.longest_campaign,
             "versions": current_versions() | {package: version(package) for package in ("scipy", "scikit-learn")},
         }
-
-
-def _checked_size(name: str, value: int, least: int, most: int) -> int:
-    number = checked_integer(name, value, least)
-    if number > most:
-        raise InputError(f"{name} = {quoted(number)} must be {most} at most")
-    return number
